@@ -1,0 +1,1 @@
+"""Offline: anatomy, finite elements, muscle fibres, equilibria, snapshots."""

@@ -1,0 +1,23 @@
+"""Risorius: facial action units in, a physically deformed face out."""
+
+from importlib.metadata import version
+
+from risorius.engine import Engine, Frame
+from risorius.errors import Error, FileFormatError, InputError, MissingExtraError, SolverError
+from risorius.model import ReducedModel, load
+from risorius.scene import Scene
+
+__version__ = version("risorius")
+
+__all__ = [
+    "Engine",
+    "Error",
+    "FileFormatError",
+    "Frame",
+    "InputError",
+    "MissingExtraError",
+    "ReducedModel",
+    "Scene",
+    "SolverError",
+    "load",
+]

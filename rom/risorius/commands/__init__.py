@@ -1,0 +1,16 @@
+"""Sub-commands of the runtime core, one file each. Heavy imports stay inside the functions."""
+
+from __future__ import annotations
+
+import typer
+
+from risorius.commands.info import info
+from risorius.commands.reduce import reduce
+from risorius.commands.render import render
+from risorius.commands.view import view
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    for command in (reduce, info, render, view):
+        app.command()(command)

@@ -1,0 +1,31 @@
+"""Superposition of single actions, (7.8): u = sum_i w_i u^i. Exact only if tissue were linear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+
+from risorius.jaw import FloatArray
+
+
+@dataclass(frozen=True)
+class Superposition:
+    """actions: (p, r) modal coordinates of every single parameter at weight 1."""
+
+    actions: FloatArray
+    name = "superposition"
+
+    def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
+        """Write the modal coordinates (r,) of parameters (p,) into `out`."""
+        np.dot(parameters, self.actions, out=out)
+
+    def write(self, group: h5py.Group) -> None:
+        """Store the single actions."""
+        group["actions"] = self.actions
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Superposition:
+        """Load what `write` stored."""
+        return cls(group["actions"][()])

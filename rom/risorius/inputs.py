@@ -1,0 +1,165 @@
+"""From names and weights to the parameters of the physics: muscle activations and jaw weights."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius.errors import InputError
+from risorius.facs import ACTION_UNITS, ActionUnit
+from risorius.jaw import JAW_INPUTS, FloatArray
+
+SIDES = ("L", "R")
+TWO_WAY = ("jaw_forward", "jaw_sideways")  # weights in [-1, 1]; all others in [0, 1]
+
+
+def without_side(name: str) -> str:
+    """`zygomaticus_major_L` -> `zygomaticus_major`; a midline name is returned as it is."""
+    return re.sub(r"_[LR]$", "", name)
+
+
+@dataclass(frozen=True)
+class InputTable:
+    """Names of what a model understands, and the linear drive from inputs to parameters.
+
+    muscles: names of the muscle activations in [0, 1], in the model's order.
+    has_jaw: whether the three jaw weights follow the muscles in the parameter vector.
+    """
+
+    muscles: tuple[str, ...]
+    has_jaw: bool
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameter vector: muscles, then jaw_open, jaw_forward, jaw_sideways."""
+        return self.muscles + (JAW_INPUTS if self.has_jaw else ())
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Inputs in order: one-sided action units, jaw weights, muscles that no action unit drives."""
+        units = [name for unit in ACTION_UNITS.values() for name in self._sided_names(unit)]
+        driven = {muscle for name in units for muscle in self._drive_of(name)}
+        left_over = [muscle for muscle in self.muscles if muscle not in driven]
+        return (*units, *(JAW_INPUTS if self.has_jaw else ()), *left_over)
+
+    @cached_property
+    def drive(self) -> FloatArray:
+        """Matrix (inputs, parameters): parameters = clip(weights @ drive)."""
+        matrix = np.zeros((len(self.names), len(self.parameters)))
+        for row, name in enumerate(self.names):
+            for parameter, share in self._drive_of(name).items():
+                matrix[row, self._parameter_index[parameter]] = share
+        return matrix
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        """Smallest admissible weight of each input, shape (inputs,)."""
+        return np.array([-1.0 if name in TWO_WAY else 0.0 for name in self.names])
+
+    @cached_property
+    def parameter_lower(self) -> FloatArray:
+        """Smallest admissible value of each parameter, shape (parameters,)."""
+        return np.array([-1.0 if name in TWO_WAY else 0.0 for name in self.parameters])
+
+    @cached_property
+    def aliases(self) -> Mapping[str, tuple[int, ...]]:
+        """Every accepted name -> positions in `names`: `AU12` -> those of `AU12_L` and `AU12_R`."""
+        table = {name: (position,) for position, name in enumerate(self.names)}
+        for name, positions in list(table.items()):
+            stem = without_side(name)
+            if stem != name:
+                table[stem] = table.get(stem, ()) + positions
+        return table
+
+    def weights(self, values: Mapping[str, float]) -> FloatArray:
+        """Weight array (inputs,) of named weights; names without a side set both sides.
+
+        Raises InputError for an unknown name or a weight that is not a finite number in its range.
+        """
+        result = np.zeros(len(self.names))
+        for name, value in values.items():
+            positions = self.aliases.get(name)
+            if positions is None:
+                raise InputError(self.unknown(name))
+            result[list(positions)] = self._checked(name, value, float(self.lower[positions[0]]))
+        return result
+
+    def checked(self, weights: npt.ArrayLike) -> FloatArray:
+        """Return a weight array in `names` order after checking length, finiteness and range; raises InputError."""
+        array = np.asarray(weights, dtype=np.float64)
+        if array.shape != (len(self.names),):
+            raise InputError(
+                f"weights: shape {array.shape} given, ({len(self.names)},) expected, "
+                f"one weight for each of engine.inputs: {self.names[0]} ... {self.names[-1]}"
+            )
+        if not ((array >= self.lower) & (array <= 1.0)).all():
+            bad = int(np.flatnonzero(~((array >= self.lower) & (array <= 1.0)))[0])
+            self._checked(self.names[bad], array[bad], float(self.lower[bad]))
+        return array
+
+    def to_parameters(self, weights: FloatArray) -> FloatArray:
+        """Parameters (muscle activations and jaw weights) of a weight array; several drives of one muscle saturate."""
+        return np.clip(weights @ self.drive, self.parameter_lower, 1.0)
+
+    def activations(self, muscles: Mapping[str, float]) -> FloatArray:
+        """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""
+        result = np.zeros(len(self.parameters))
+        for name, value in muscles.items():
+            found = [i for i, muscle in enumerate(self.muscles) if name in (muscle, without_side(muscle))]
+            if not found:
+                raise InputError(f"muscle {name!r} is not in this model; it has: {', '.join(self.muscles)}")
+            result[found] = self._checked(name, value, 0.0)
+        return result
+
+    def unknown(self, name: str) -> str:
+        """Say why an input name is not understood, and what is."""
+        unit = ACTION_UNITS.get(without_side(name))
+        if unit is not None and unit.muscles:
+            return f"input {name!r} needs {' or '.join(unit.muscles)}, which this model lacks; {self._known}"
+        return f"input {name!r} is not known to this model; {self._known}"
+
+    @cached_property
+    def _known(self) -> str:
+        return "it understands: " + ", ".join(dict.fromkeys(without_side(name) for name in self.names))
+
+    @cached_property
+    def _parameter_index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.parameters)}
+
+    def _sided_names(self, unit: ActionUnit) -> list[str]:
+        name = f"AU{unit.number}"
+        if unit.jaw:
+            return [name] if self.has_jaw else []
+        sided = [f"{name}_{side}" for side in SIDES if self._muscles_of(unit, side)]
+        return sided or ([name] if self._muscles_of(unit, "") else [])
+
+    def _muscles_of(self, unit: ActionUnit, side: str) -> dict[str, float]:
+        for table in (unit.muscles, unit.substitutes):
+            named = {f"{muscle}_{side}" if side else muscle: share for muscle, share in table.items()}
+            present = {muscle: share for muscle, share in named.items() if muscle in self.muscles}
+            if present:
+                return present
+        return {}
+
+    def _drive_of(self, name: str) -> Mapping[str, float]:
+        unit = ACTION_UNITS.get(without_side(name))
+        if unit is None:
+            return {name: 1.0}
+        return unit.jaw or self._muscles_of(unit, name[-1] if name != without_side(name) else "")
+
+    @staticmethod
+    def _checked(name: str, value: float, lower: float) -> float:
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InputError(f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1]") from None
+        if not math.isfinite(number) or not lower <= number <= 1.0:
+            raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
+        return number
+

@@ -1,0 +1,63 @@
+"""Motion of the mandible: a rotation about the axis through the condyles and a slide of the condyles.
+
+A point x of the mandible moves by
+
+    u(x) = (R(theta) - I) (x - c) + s e_z + d e_x,
+
+with theta = w_open * opening_angle, s = w_open * opening_slide + w_forward * forward_slide and
+d = w_sideways * sideways_slide. It is linear in the four numbers (sin theta, 1 - cos theta, s, d), the *lift
+coordinates*: whatever extends the four unit motions into the tissue (the lift fields) moves the bone exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+JAW_INPUTS = ("jaw_open", "jaw_forward", "jaw_sideways")
+LIFT_COUNT = 4
+
+
+@dataclass(frozen=True)
+class JawMotion:
+    """Rigid motion of the mandible as a function of (jaw_open, jaw_forward, jaw_sideways).
+
+    condyle_centre: (3,) a point of the hinge axis, metres; the axis is parallel to x (the person's left).
+    opening_angle: radians at jaw_open = 1. opening_slide, forward_slide, sideways_slide: metres at weight 1.
+    """
+
+    condyle_centre: tuple[float, float, float]
+    opening_angle: float
+    opening_slide: float
+    forward_slide: float
+    sideways_slide: float
+
+    def lift_coordinates(self, jaw: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
+        """Return the four lift coordinates (sin, 1 - cos, metres forward, metres sideways) of jaw weights (3,)."""
+        opening, forward, sideways = (float(w) for w in np.asarray(jaw))
+        result = np.empty(LIFT_COUNT) if out is None else out
+        angle = opening * self.opening_angle
+        result[0] = math.sin(angle)
+        result[1] = 2.0 * math.sin(0.5 * angle) ** 2
+        result[2] = opening * self.opening_slide + forward * self.forward_slide
+        result[3] = sideways * self.sideways_slide
+        return result
+
+    def unit_motions(self, points: FloatArray) -> FloatArray:
+        """Displacement (4, n, 3) of rigidly moved points (n, 3) for each unit lift coordinate.
+
+        Opening turns the chin downwards and backwards: e_x x (x - c) with y up and z out of the face.
+        """
+        arm = np.asarray(points) - np.asarray(self.condyle_centre)
+        fields = np.zeros((LIFT_COUNT, len(arm), 3))
+        fields[0, :, 1], fields[0, :, 2] = -arm[:, 2], arm[:, 1]
+        fields[1, :, 1], fields[1, :, 2] = -arm[:, 1], -arm[:, 2]
+        fields[2, :, 2] = 1.0
+        fields[3, :, 0] = 1.0
+        return fields

@@ -1,0 +1,112 @@
+"""The reduced model and its file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from risorius import storage
+from risorius.errors import FileFormatError
+from risorius.evaluators import EVALUATORS, Evaluator
+from risorius.inputs import InputTable
+from risorius.jaw import LIFT_COUNT, JawMotion
+
+SCHEMA = "risorius-model"
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors over the vertices of held-out snapshots against the full model, metres; `relative` is L2.
+
+    error_floor, error_slope: the per-frame bound is error_floor + error_slope * |nonlinear part of q|; it covers
+    `coverage` of the held-out snapshots.
+    """
+
+    mean: float
+    p95: float
+    maximum: float
+    relative: float
+    error_floor: float
+    error_slope: float
+    coverage: float
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """Skin vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
+
+    rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. basis: (r, n, 3) float32, metres per unit
+    coordinate; its first `lifts` fields carry the mandible's unit motions into the skin and are driven exactly.
+    """
+
+    name: str
+    inputs: InputTable
+    jaw: JawMotion | None
+    rest_vertices: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.int32]
+    basis: npt.NDArray[np.float32]
+    evaluators: Mapping[str, Evaluator]
+    accuracy: Mapping[str, Accuracy]
+    provenance: Mapping[str, Any]
+
+    @property
+    def lifts(self) -> int:
+        """Number of leading basis fields that are driven by the jaw, exactly."""
+        return LIFT_COUNT if self.jaw else 0
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file; it appears under its name only when complete."""
+        with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+            file.attrs["name"] = self.name
+            file.attrs["provenance"] = json.dumps(self.provenance, sort_keys=True)
+            file["muscles"] = list(self.inputs.muscles)
+            if self.jaw:
+                file.create_group("jaw").attrs.update(asdict(self.jaw))
+            file["rest_vertices"] = self.rest_vertices
+            file["triangles"] = self.triangles
+            file.create_dataset("basis", data=self.basis, chunks=True, compression="gzip", shuffle=True)
+            for name, evaluator in self.evaluators.items():
+                group = file.create_group(f"evaluators/{name}")
+                evaluator.write(group)
+                group.attrs.update(asdict(self.accuracy[name]))
+
+
+def load(path: str | Path) -> ReducedModel:
+    """Load a model file after checking schema, units and checksum; nothing in it is executed.
+
+    Raises InputError when there is no such file, FileFormatError when it is not a whole model of this release.
+    """
+    with storage.reading(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+        return _read(file, Path(path))
+
+
+def _read(file: h5py.File, path: Path) -> ReducedModel:
+    jaw = JawMotion(**_plain(file["jaw"])) if "jaw" in file else None
+    unknown = set(file["evaluators"]) - set(EVALUATORS)
+    if unknown:
+        raise FileFormatError(f"{path}: unknown evaluator {sorted(unknown)}; make the file anew with this release")
+    groups = dict(file["evaluators"].items())
+    model = ReducedModel(
+        name=str(file.attrs["name"]),
+        inputs=InputTable(storage.text_list(file["muscles"]), jaw is not None),
+        jaw=jaw,
+        rest_vertices=file["rest_vertices"][()],
+        triangles=file["triangles"][()],
+        basis=file["basis"][()],
+        evaluators={name: EVALUATORS[name].read(group) for name, group in groups.items()},
+        accuracy={name: Accuracy(**_plain(group)) for name, group in groups.items()},
+        provenance=json.loads(file.attrs["provenance"]),
+    )
+    return model
+
+
+def _plain(group: h5py.Group) -> dict[str, Any]:
+    return {key: tuple(value.tolist()) if value.ndim else value.item() for key, value in group.attrs.items()}

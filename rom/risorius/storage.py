@@ -1,0 +1,98 @@
+"""HDF5 files that are either whole or absent: schema name and version, SI units, checksums, atomic writes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from risorius.errors import Error, FileFormatError, InputError
+
+UNITS = "SI"
+
+
+@contextmanager
+def replaced_when_complete(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on any failure."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; create it or choose another place")
+    partial = path.with_name(path.name + f".{os.getpid()}.part")
+    try:
+        yield partial
+        partial.replace(path)
+    except OSError as error:
+        raise Error(f"{path}: could not be written ({error}); free some space or choose another place") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
+    """Open a new HDF5 file of a schema; it appears under its name only when complete, with its checksum."""
+    with replaced_when_complete(path) as partial:
+        with h5py.File(partial, "w") as file:
+            file.attrs["schema"] = schema
+            file.attrs["schema_version"] = version
+            file.attrs["units"] = UNITS
+            yield file
+            file.attrs["sha256"] = content_checksum(file)
+
+
+@contextmanager
+def reading(path: Path, schema: str, version: int, *, verify: bool = True) -> Iterator[h5py.File]:
+    """Open an HDF5 file after checking schema, version, units and, unless told otherwise, the checksum.
+
+    Raises FileFormatError that says what the file is instead, also for a field that turns out to be missing.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; `risorius train SOURCE -o {path.name}` makes a model")
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise FileFormatError(f"{path}: not a readable HDF5 file ({error}); it is truncated or foreign") from error
+    with file:
+        found = file.attrs.get("schema")
+        if found != schema:
+            raise FileFormatError(f"{path}: holds {found or 'no Risorius data'}, expected {schema}; give another file")
+        if file.attrs.get("schema_version") != version:
+            raise FileFormatError(
+                f"{path}: schema version {file.attrs.get('schema_version')}, this release reads {version}; "
+                "make the file anew with this release"
+            )
+        if file.attrs.get("units") != UNITS:
+            raise FileFormatError(f"{path}: units {file.attrs.get('units')!r}, expected {UNITS!r}; make the file anew")
+        if verify and file.attrs.get("sha256") != content_checksum(file):
+            raise FileFormatError(f"{path}: checksum differs, the content was damaged; make or copy the file again")
+        try:
+            yield file
+        except KeyError as error:
+            raise FileFormatError(f"{path}: field missing: {error.args[0]}; make the file anew") from error
+
+
+def content_checksum(file: h5py.File) -> str:
+    """SHA-256 over names, shapes, types and bytes of all data sets and attributes but the checksum itself."""
+    digest = hashlib.sha256()
+
+    def add(name: str, item: h5py.HLObject) -> None:
+        digest.update(name.encode())
+        for key in sorted(item.attrs):
+            if (name, key) != ("/", "sha256"):
+                digest.update(f"{key}={np.asarray(item.attrs[key]).tolist()!r}".encode())
+        if isinstance(item, h5py.Dataset):
+            values = item[()]
+            digest.update(f"{item.shape}{item.dtype}".encode())
+            digest.update(repr(values.tolist()).encode() if item.dtype.hasobject else values.tobytes())
+
+    add("/", file)
+    file.visititems(add)
+    return digest.hexdigest()
+
+
+def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:
+    """Strings of a one-dimensional data set."""
+    return tuple(dataset.asstr()[()])

@@ -1,0 +1,1 @@
+"""ROS 2: action unit weights in, deformed face meshes out."""
