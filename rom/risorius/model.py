@@ -89,7 +89,7 @@ def load(path: str | Path) -> ReducedModel:
 
 
 def _read(file: h5py.File, path: Path) -> ReducedModel:
-    jaw = JawMotion(**_plain(file["jaw"])) if "jaw" in file else None
+    jaw = JawMotion(**storage.plain_attributes(file["jaw"])) if "jaw" in file else None
     unknown = set(file["evaluators"]) - set(EVALUATORS)
     if unknown:
         raise FileFormatError(f"{path}: unknown evaluator {sorted(unknown)}; make the file anew with this release")
@@ -102,11 +102,8 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         triangles=file["triangles"][()],
         basis=file["basis"][()],
         evaluators={name: EVALUATORS[name].read(group) for name, group in groups.items()},
-        accuracy={name: Accuracy(**_plain(group)) for name, group in groups.items()},
+        accuracy={name: Accuracy(**storage.plain_attributes(group)) for name, group in groups.items()},
         provenance=json.loads(file.attrs["provenance"]),
     )
     return model
 
-
-def _plain(group: h5py.Group) -> dict[str, Any]:
-    return {key: tuple(value.tolist()) if value.ndim else value.item() for key, value in group.attrs.items()}

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from risorius.errors import Error, FileFormatError, InputError
 
 UNITS = "SI"
+TEXT = h5py.string_dtype()
 
 
 @contextmanager
@@ -96,3 +98,8 @@ def content_checksum(file: h5py.File) -> str:
 def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:
     """Strings of a one-dimensional data set."""
     return tuple(dataset.asstr()[()])
+
+
+def plain_attributes(group: h5py.Group) -> dict[str, Any]:
+    """Attributes of a group as Python numbers, strings and tuples."""
+    return {key: tuple(np.asarray(v).tolist()) if np.ndim(v) else np.asarray(v).item() for key, v in group.attrs.items()}

@@ -1,0 +1,126 @@
+"""What the full model is made from, and its file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+from risorius import storage
+from risorius.inputs import InputTable
+from risorius.jaw import FloatArray, JawMotion
+from risorius.mechanics.material import Yeoh
+
+from risorius_offline.discretisation import CellBlock, IntArray
+
+SCHEMA = "risorius-anatomy"
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """A muscle given by lines of its fibres.
+
+    polylines: (k, 3) each, metres. radius: tissue within this distance of a line is muscle, metres.
+    max_stress: active stress at activation 1, pascals.
+    """
+
+    name: str
+    polylines: tuple[FloatArray, ...]
+    radius: float
+    max_stress: float
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A triangulated bone: points (n, 3) in metres, triangles (m, 3)."""
+
+    points: FloatArray
+    triangles: IntArray
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """A meshed face in the frame x to the person's left, y up, z out of the face, metres.
+
+    points (n, 3); cells with a layer number each, materials by layer number; skull, jaw (n,) flags of the nodes that
+    move with the bone; skin (m, 3) the visible triangles, outward; jaw_motion is None without a mandible.
+    """
+
+    name: str
+    points: FloatArray
+    cells: tuple[CellBlock, ...]
+    materials: tuple[Yeoh, ...]
+    skull: npt.NDArray[np.bool_]
+    jaw: npt.NDArray[np.bool_]
+    skin: IntArray
+    muscles: tuple[Muscle, ...]
+    jaw_motion: JawMotion | None
+    bones: Mapping[str, Surface] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> InputTable:
+        """Inputs that this anatomy understands."""
+        return InputTable(tuple(muscle.name for muscle in self.muscles), self.jaw_motion is not None)
+
+    def save(self, path: str | Path) -> None:
+        """Write the anatomy file; it appears under its name only when complete."""
+        with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+            self.write(file)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Anatomy:
+        """Read an anatomy file; raises InputError or FileFormatError."""
+        with storage.reading(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+            return cls.read(file)
+
+    def write(self, group: h5py.Group) -> None:
+        """Store all fields in an HDF5 group."""
+        group.attrs["name"] = self.name
+        group.attrs["provenance"] = json.dumps(dict(self.provenance), sort_keys=True)
+        for key in ("points", "skull", "jaw", "skin"):
+            group[key] = getattr(self, key)
+        group["materials"] = np.array([[m.c10, m.c20, m.bulk] for m in self.materials])
+        for block in self.cells:
+            group[f"cells/{block.cell_type}/connectivity"] = block.connectivity
+            group[f"cells/{block.cell_type}/layer"] = block.layer
+        for number, muscle in enumerate(self.muscles):
+            item = group.create_group(f"muscles/{number:03d}")
+            item.attrs.update(name=muscle.name, radius=muscle.radius, max_stress=muscle.max_stress)
+            for k, line in enumerate(muscle.polylines):
+                item[f"{k:03d}"] = line
+        for name, bone in self.bones.items():
+            group[f"bones/{name}/points"], group[f"bones/{name}/triangles"] = bone.points, bone.triangles
+        if self.jaw_motion:
+            group.create_group("jaw_motion").attrs.update(asdict(self.jaw_motion))
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Anatomy:
+        """Load what `write` stored."""
+        cells = tuple(CellBlock(kind, b["connectivity"][()], b["layer"][()]) for kind, b in group["cells"].items())
+        bones = {name: Surface(b["points"][()], b["triangles"][()]) for name, b in group.get("bones", {}).items()}
+        return cls(
+            name=str(group.attrs["name"]),
+            points=group["points"][()],
+            cells=cells,
+            materials=tuple(Yeoh(*(float(c) for c in row)) for row in group["materials"][()]),
+            skull=group["skull"][()],
+            jaw=group["jaw"][()],
+            skin=group["skin"][()],
+            muscles=tuple(_read_muscle(item) for item in group["muscles"].values()),
+            jaw_motion=JawMotion(**storage.plain_attributes(group["jaw_motion"])) if "jaw_motion" in group else None,
+            bones=bones,
+            provenance=json.loads(group.attrs["provenance"]),
+        )
+
+
+def _read_muscle(item: h5py.Group) -> Muscle:
+    lines = tuple(line[()] for line in item.values())
+    return Muscle(str(item.attrs["name"]), lines, float(item.attrs["radius"]), float(item.attrs["max_stress"]))
+

@@ -1,0 +1,25 @@
+"""SOURCE of the command line: `builtin`, a folder in the import format, or an anatomy file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from risorius.errors import InputError
+
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.anatomy.folder import import_folder
+from risorius_offline.anatomy.nested_cylinders import nested_cylinders
+
+BUILTIN = "builtin"
+
+
+def load_source(source: str) -> Anatomy:
+    """Anatomy of a source; raises InputError."""
+    if source == BUILTIN:
+        return nested_cylinders()
+    path = Path(source)
+    if path.is_dir():
+        return import_folder(path)
+    if path.is_file():
+        return Anatomy.load(path)
+    raise InputError(f"{source}: no such file or folder; give {BUILTIN!r}, an import folder or an anatomy file")

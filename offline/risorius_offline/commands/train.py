@@ -1,0 +1,39 @@
+"""`risorius train`: from an anatomy to a reduced model in one go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from risorius.commands.reduce import DEFAULT_RANK, describe
+
+from risorius_offline.commands.snapshots import (
+    DEFAULT_COUNT,
+    DEFAULT_HELD_OUT,
+    Count,
+    HeldOut,
+    Seed,
+    Workers,
+    solve,
+)
+
+
+def train(
+    source: Annotated[str, typer.Argument(help="'builtin', an import folder, or an anatomy file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Model file to write.")] = Path("model.h5"),
+    count: Count = DEFAULT_COUNT,
+    held_out: HeldOut = DEFAULT_HELD_OUT,
+    rank: Annotated[int, typer.Option(min=1, help="Largest number of POD modes.")] = DEFAULT_RANK,
+    workers: Workers = 0,
+    seed: Seed = 0,
+) -> None:
+    """Solve snapshots and train a reduced model. The snapshots are kept beside the model, as MODEL.snapshots.h5."""
+    from risorius.snapshot_file import SnapshotSet
+    from risorius.training import reduce_snapshots
+
+    kept = output.with_suffix(".snapshots.h5")
+    solve(source, kept, count, held_out, workers, seed)
+    model = reduce_snapshots(SnapshotSet.load(kept), rank)
+    model.save(output)
+    typer.echo(describe(model, output))

@@ -1,0 +1,53 @@
+"""What an element type is: nodes, basis, quadrature and faces on the reference cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import skfem
+from risorius.jaw import FloatArray
+from skfem.quadrature import get_quadrature
+
+
+@dataclass(frozen=True)
+class ReferenceElement:
+    """An element in VTK node order with positive volume.
+
+    nodes: (a, 3) reference coordinates. points (3, q) and weights (q,): quadrature. corners: number of vertices.
+    faces: vertices of each face, counter-clockwise seen from outside. basis: the scikit-fem element whose shape
+    functions are used; its own node order does not matter.
+    """
+
+    cell_type: str
+    nodes: tuple[tuple[float, float, float], ...]
+    basis: skfem.Element
+    points: FloatArray
+    weights: FloatArray
+    corners: int
+    faces: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def reference_gradients(self) -> FloatArray:
+        """(q, a, 3) derivatives of the shape functions at the quadrature points, in VTK node order."""
+        return self.gradients_at(self.points)
+
+    def gradients_at(self, points: FloatArray) -> FloatArray:
+        """(q, a, 3) derivatives of the shape functions at reference points (3, q), in VTK node order."""
+        return np.stack([self.basis.lbasis(points, i)[1].T for i in self._order], axis=1)
+
+    def shape_functions(self, points: FloatArray) -> FloatArray:
+        """(q, a) shape functions at reference points (3, q), in VTK node order."""
+        return np.stack([self.basis.lbasis(points, i)[0] * np.ones(points.shape[1]) for i in self._order], axis=1)
+
+    @cached_property
+    def _order(self) -> list[int]:
+        locations = np.asarray(self.basis.doflocs)
+        return [int(np.abs(locations - node).sum(axis=1).argmin()) for node in np.asarray(self.nodes)]
+
+
+def gauss(basis: skfem.Element, order: int) -> tuple[FloatArray, FloatArray]:
+    """Points (3, q) and weights (q,) of scikit-fem's rule of a polynomial order."""
+    points, weights = get_quadrature(basis.refdom, order)
+    return points, weights

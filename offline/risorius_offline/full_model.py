@@ -1,0 +1,198 @@
+"""The full finite-element model of a face: energy, forces and tangent at a state and a set of parameters."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from risorius.errors import InputError
+from risorius.jaw import FloatArray
+from risorius.mechanics import elements
+
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.discretisation import Discretisation, IntArray
+from risorius_offline.linear_solver import SOLVERS, LinearSolver, NotPositiveDefiniteError, default_solver
+from risorius_offline.muscles.polyline_fibres import fibre_points
+
+__all__ = ["FullModel", "NotPositiveDefiniteError"]
+
+
+class FullModel:
+    """Finite elements of an anatomy. Displacements are (n, 3) in metres, parameters (p,) as in `Anatomy.inputs`.
+
+    mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
+    locking. solver: a name in `linear_solver.SOLVERS`.
+    """
+
+    def __init__(self, anatomy: Anatomy, *, mean_dilatation: bool = True, solver: str | None = None) -> None:
+        self.anatomy = anatomy
+        self.discretisation = Discretisation(anatomy.points, anatomy.cells)
+        self._mean_dilatation = mean_dilatation
+        self._solver_name = solver or default_solver()
+        coefficients = np.array([material.coefficients for material in anatomy.materials])
+        self._coefficients = [np.ascontiguousarray(coefficients[block.layer]) for block in anatomy.cells]
+        self._fibres = self._fibre_operator()
+        self._active = [np.zeros((*block.weights.shape, 6)) for block in self.discretisation.blocks]
+        self._values = np.zeros(self.discretisation.pattern.nnz)
+        prescribed = anatomy.skull | anatomy.jaw
+        self.free = np.flatnonzero(np.repeat(~prescribed, 3))
+        self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
+
+    @property
+    def muscle_count(self) -> int:
+        """Number of leading parameters that are muscle activations."""
+        return len(self.anatomy.muscles)
+
+    def set_parameters(self, parameters: FloatArray) -> None:
+        """Make muscle activations (the leading parameters) act in all later calls."""
+        stress = self._fibres @ parameters[: self.muscle_count]
+        start = 0
+        for active in self._active:
+            active[:] = stress[start : start + active.size].reshape(active.shape)
+            start += active.size
+
+    def prescribed_motion(self, parameters: FloatArray) -> FloatArray:
+        """Displacement (n, 3) of all bone nodes, zero elsewhere, for the jaw weights in the parameters."""
+        u = np.zeros_like(self.anatomy.points)
+        motion = self.anatomy.jaw_motion
+        if motion is not None:
+            lifts = motion.lift_coordinates(parameters[-3:])
+            jaw = self.anatomy.jaw
+            u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
+        return u
+
+    def energy(self, u: FloatArray) -> tuple[float, float]:
+        """Energy (J) and smallest J of a displacement; the energy is infinite where J <= 0."""
+        return self._integrate(u, None)
+
+    def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
+        """Energy, smallest J and internal plus active nodal forces (n, 3) in newtons."""
+        forces = np.zeros_like(u)
+        energy, smallest = self._integrate(u, forces)
+        return energy, smallest, forces
+
+    def tangent(self, u: FloatArray, *, project: bool = False) -> FloatArray:
+        """Values of the tangent in `discretisation.pattern` (a buffer that the next call overwrites)."""
+        self._values[:] = 0.0
+        for block, scatter, coefficients, active in zip(
+            self.discretisation.blocks, self.discretisation.scatter, self._coefficients, self._active, strict=True
+        ):
+            elements.tangent(
+                u,
+                block.cells.connectivity,
+                block.gradients,
+                block.weights,
+                coefficients,
+                active,
+                self._mean_dilatation,
+                project,
+                scatter,
+                self._values,
+            )
+        return self._values
+
+    def factorise(self, values: FloatArray) -> None:
+        """Factorise the free part of a tangent; raises NotPositiveDefiniteError."""
+        self.linear_solver.factorise(values[self._free_positions])
+
+    def solve(self, right_hand_side: FloatArray) -> FloatArray:
+        """Solution over the free components, (f,) or (f, k), with the last factors."""
+        return self.linear_solver.solve(right_hand_side)
+
+    @cached_property
+    def linear_solver(self) -> LinearSolver:
+        """The sparse solver, analysed once for the free pattern."""
+        if self._solver_name not in SOLVERS:
+            raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
+        return SOLVERS[self._solver_name](self._free_pattern)
+
+    @cached_property
+    def muscle_forces(self) -> FloatArray:
+        """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
+        columns = np.zeros((self.discretisation.dof_count, self.muscle_count))
+        start = 0
+        for block in self.discretisation.blocks:
+            size = block.weights.size * 6
+            fibres = self._fibres[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
+            full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
+            nodal = np.einsum("eq,eqijm,eqaj->eaim", block.weights, full, block.gradients, optimize=True)
+            dofs = 3 * block.cells.connectivity[:, :, None] + np.arange(3)
+            np.add.at(columns, dofs, nodal)
+            start += size
+        return columns
+
+    @cached_property
+    def lift_fields(self) -> FloatArray:
+        """(4, n, 3) unit jaw motions, extended into the tissue by linear elasticity at rest; empty without a jaw."""
+        motion = self.anatomy.jaw_motion
+        if motion is None:
+            return np.zeros((0, *self.anatomy.points.shape))
+        self.set_parameters(np.zeros(len(self.anatomy.inputs.parameters)))
+        values = self.tangent(np.zeros_like(self.anatomy.points))
+        self.factorise(values)
+        pattern = self.discretisation.pattern
+        upper = sp.csr_matrix((values.copy(), pattern.indices, pattern.indptr), shape=pattern.shape)
+        stiffness = upper + sp.triu(upper, 1).T
+        fields = np.where(self.anatomy.jaw[:, None], motion.unit_motions(self.anatomy.points), 0.0)
+        flat = fields.reshape(len(fields), -1)
+        flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
+        return fields
+
+    def point_jacobians(self, u: FloatArray) -> FloatArray:
+        """J at every quadrature point, all blocks one after another."""
+        values = []
+        for block in self.discretisation.blocks:
+            gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
+            values.append(np.linalg.det(gradient + np.eye(3)).ravel())
+        return np.concatenate(values)
+
+    def _integrate(self, u: FloatArray, forces: FloatArray | None) -> tuple[float, float]:
+        total, smallest = 0.0, np.inf
+        target = np.empty((0, 3)) if forces is None else forces
+        for block, coefficients, active in zip(
+            self.discretisation.blocks, self._coefficients, self._active, strict=True
+        ):
+            energy, lowest = elements.energy_and_forces(
+                u,
+                block.cells.connectivity,
+                block.gradients,
+                block.weights,
+                coefficients,
+                active,
+                self._mean_dilatation,
+                forces is not None,
+                target,
+            )
+            total, smallest = total + energy, min(smallest, lowest)
+        return total, smallest
+
+    def _fibre_operator(self) -> sp.csr_matrix:
+        """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
+        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.blocks])
+        rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+        for number, muscle in enumerate(self.anatomy.muscles):
+            inside, t = fibre_points(positions, muscle.polylines, muscle.radius)
+            if not len(inside):
+                raise InputError(
+                    f"muscle {muscle.name!r} has no tissue within its radius of {1e3 * muscle.radius:g} mm; "
+                    "check its coordinates, its units or give a larger radius"
+                )
+            x, y, z = t.T
+            values.append(muscle.max_stress * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1).ravel())
+            rows.append((6 * inside[:, None] + np.arange(6)).ravel())
+            columns.append(np.full(6 * len(inside), number))
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))
+
+    @cached_property
+    def _free_pattern(self) -> sp.csr_matrix:
+        pattern = self.discretisation.pattern
+        numbered = sp.csr_matrix((np.arange(1.0, pattern.nnz + 1), pattern.indices, pattern.indptr), pattern.shape)
+        free = numbered[self.free][:, self.free]
+        free.sort_indices()
+        return free
+
+    @cached_property
+    def _free_positions(self) -> IntArray:
+        return self._free_pattern.data.astype(np.int64) - 1

@@ -1,0 +1,116 @@
+"""Sparse direct solvers for symmetric positive definite systems, with one symbolic analysis for all factorisations."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+from risorius.errors import SolverError
+from risorius.jaw import FloatArray
+
+
+class NotPositiveDefiniteError(SolverError):
+    """The matrix has no Cholesky factor: the state is not a minimum along some direction."""
+
+
+class LinearSolver(Protocol):
+    """Solves with symmetric matrices of one pattern, given by the values of the upper triangle."""
+
+    def factorise(self, values: FloatArray) -> None:
+        """Factorise; raises NotPositiveDefiniteError."""
+        ...
+
+    def solve(self, right_hand_side: FloatArray) -> FloatArray:
+        """Solution (n,) or (n, k) with the last factors."""
+        ...
+
+
+class Pardiso:
+    """MKL PARDISO through pypardiso: Cholesky with its own nested dissection."""
+
+    _SYMMETRIC_POSITIVE_DEFINITE = 2
+    _ANALYSE, _FACTORISE, _SOLVE = 11, 22, 33
+    _ZERO_PIVOT = -4
+
+    def __init__(self, upper: sp.csr_matrix) -> None:
+        from pypardiso import PyPardisoSolver
+
+        self._matrix = sp.csr_matrix((np.ones_like(upper.data), upper.indices, upper.indptr), shape=upper.shape)
+        self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
+        self._unused = np.zeros((upper.shape[0], 1))
+        self._matrix.setdiag(1.0)
+        self._call(self._ANALYSE, self._unused)
+
+    def factorise(self, values: FloatArray) -> None:
+        """Factorise; raises NotPositiveDefiniteError."""
+        self._matrix.data[:] = values
+        self._call(self._FACTORISE, self._unused)
+
+    def solve(self, right_hand_side: FloatArray) -> FloatArray:
+        """Solution (n,) or (n, k) with the last factors."""
+        columns = np.asfortranarray(right_hand_side.reshape(len(right_hand_side), -1))
+        return np.asarray(self._call(self._SOLVE, columns)).reshape(right_hand_side.shape)
+
+    def _call(self, phase: int, right_hand_side: FloatArray) -> FloatArray:
+        from pypardiso.pardiso_wrapper import PyPardisoError
+
+        self._solver.set_phase(phase)
+        try:
+            return self._solver._call_pardiso(self._matrix, right_hand_side)
+        except PyPardisoError as error:
+            if error.value == self._ZERO_PIVOT:
+                raise NotPositiveDefiniteError("the tangent is not positive definite") from None
+            raise SolverError(f"PARDISO failed with error {error.value} in phase {phase}") from error
+
+
+class SuperLU:
+    """SciPy's SuperLU without pivoting on a matrix in METIS order (minimum degree where METIS is absent)."""
+
+    def __init__(self, upper: sp.csr_matrix) -> None:
+        numbered = sp.csr_matrix((np.arange(1.0, upper.nnz + 1), upper.indices, upper.indptr), shape=upper.shape)
+        full = (numbered + sp.triu(numbered, 1).T).tocsr()
+        self._order = _fill_reducing_order(full)
+        permuted = full[self._order][:, self._order].tocsc()
+        permuted.sort_indices()
+        self._source = permuted.data.astype(np.int64) - 1
+        self._pattern = permuted
+
+    def factorise(self, values: FloatArray) -> None:
+        """Factorise; raises NotPositiveDefiniteError."""
+        matrix = sp.csc_matrix((values[self._source], self._pattern.indices, self._pattern.indptr), self._pattern.shape)
+        options = {"SymmetricMode": True}
+        try:
+            self._factors = sla.splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=options)
+        except RuntimeError:
+            raise NotPositiveDefiniteError("the tangent is singular") from None
+        if self._factors.U.diagonal().min() <= 0.0:
+            raise NotPositiveDefiniteError("the tangent is not positive definite")
+
+    def solve(self, right_hand_side: FloatArray) -> FloatArray:
+        """Solution (n,) or (n, k) with the last factors."""
+        solution = np.empty_like(right_hand_side)
+        solution[self._order] = self._factors.solve(right_hand_side[self._order])
+        return solution
+
+
+def _fill_reducing_order(matrix: sp.csr_matrix) -> np.ndarray:
+    if importlib.util.find_spec("pymetis") is None:
+        return np.asarray(sp.csgraph.reverse_cuthill_mckee(matrix, symmetric_mode=True))
+    import pymetis
+
+    graph = (matrix - sp.diags(matrix.diagonal())).tocsr()
+    graph.eliminate_zeros()
+    order, _ = pymetis.nested_dissection(xadj=graph.indptr.astype(np.int32), adjncy=graph.indices.astype(np.int32))
+    return np.asarray(order, dtype=np.int64)
+
+
+SOLVERS: dict[str, Callable[[sp.csr_matrix], LinearSolver]] = {"pardiso": Pardiso, "superlu": SuperLU}
+
+
+def default_solver() -> str:
+    """Name of the fastest solver that is installed."""
+    return "pardiso" if importlib.util.find_spec("pypardiso") else "superlu"

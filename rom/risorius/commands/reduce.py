@@ -1,0 +1,36 @@
+"""`risorius reduce`: from snapshots to a reduced model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from risorius.model import ReducedModel
+
+DEFAULT_RANK = 80
+
+
+def reduce(
+    snapshots: Annotated[Path, typer.Argument(help="Snapshot file.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Model file to write.")] = Path("model.h5"),
+    rank: Annotated[int, typer.Option(min=1, help="Largest number of POD modes.")] = DEFAULT_RANK,
+) -> None:
+    """Train a reduced model from snapshots."""
+    from risorius.snapshot_file import SnapshotSet
+    from risorius.training import reduce_snapshots
+
+    model = reduce_snapshots(SnapshotSet.load(snapshots), rank)
+    model.save(output)
+    typer.echo(describe(model, output))
+
+
+def describe(model: ReducedModel, path: Path) -> str:
+    """One line on a model that was just written."""
+    accuracy = model.accuracy["polynomial"]
+    return (
+        f"{path}: {len(model.rest_vertices)} vertices, {len(model.basis)} coordinates; held-out error "
+        f"mean {1e3 * accuracy.mean:.3f} mm, p95 {1e3 * accuracy.p95:.3f} mm, max {1e3 * accuracy.maximum:.2f} mm"
+    )

@@ -1,0 +1,1 @@
+"""Constitutive laws and element integration, shared by the full and the reduced model."""

@@ -1,0 +1,86 @@
+"""Snapshots: equilibria of the full model, as the offline part writes them and training reads them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius import storage
+from risorius.inputs import InputTable
+from risorius.jaw import FloatArray, JawMotion
+
+SCHEMA = "risorius-snapshots"
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class SnapshotSet:
+    """Solved snapshots of one anatomy; SI units.
+
+    points (n, 3) nodes at rest; skin (m, 3) triangles of node numbers; nodal_volumes (n,) cubic metres; lift_fields
+    (4, n, 3), empty without a jaw; parameters (s, p); displacements (s, n, 3) float32; held_out (s,): never used for
+    training; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    """
+
+    name: str
+    muscles: tuple[str, ...]
+    jaw: JawMotion | None
+    points: FloatArray
+    skin: npt.NDArray[np.int64]
+    nodal_volumes: FloatArray
+    lift_fields: FloatArray
+    parameters: FloatArray
+    displacements: npt.NDArray[np.float32]
+    held_out: npt.NDArray[np.bool_]
+    smallest_jacobians: FloatArray
+    failures: tuple[str, ...]
+    provenance: Mapping[str, Any]
+
+    _ARRAYS = (
+        "points",
+        "skin",
+        "nodal_volumes",
+        "lift_fields",
+        "parameters",
+        "displacements",
+        "held_out",
+        "smallest_jacobians",
+    )
+
+    @property
+    def inputs(self) -> InputTable:
+        """Names of the parameters and of what drives them."""
+        return InputTable(self.muscles, self.jaw is not None)
+
+    def save(self, path: str | Path) -> None:
+        """Write the snapshot file; it appears under its name only when complete."""
+        with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+            file.attrs["name"] = self.name
+            file.attrs["provenance"] = json.dumps(dict(self.provenance), sort_keys=True)
+            file["muscles"] = list(self.muscles)
+            file.create_dataset("failures", data=list(self.failures), dtype=storage.TEXT)
+            if self.jaw:
+                file.create_group("jaw").attrs.update(asdict(self.jaw))
+            for name in self._ARRAYS:
+                values = getattr(self, name)
+                options = {"chunks": (1, *values.shape[1:]), "compression": "gzip", "shuffle": True}
+                file.create_dataset(name, data=values, **(options if name == "displacements" else {}))
+
+    @classmethod
+    def load(cls, path: str | Path) -> SnapshotSet:
+        """Read a snapshot file; raises InputError or FileFormatError."""
+        with storage.reading(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+            return cls(
+                name=str(file.attrs["name"]),
+                muscles=storage.text_list(file["muscles"]),
+                jaw=JawMotion(**storage.plain_attributes(file["jaw"])) if "jaw" in file else None,
+                failures=storage.text_list(file["failures"]),
+                provenance=json.loads(file.attrs["provenance"]),
+                **{name: file[name][()] for name in cls._ARRAYS},
+            )

@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+from risorius.mechanics.material import Yeoh
+from risorius_offline.anatomy.nested_cylinders import nested_cylinders
+from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
+from risorius_offline.full_model import FullModel
+from risorius_offline.linear_solver import SOLVERS
+
+from tests.offline.meshes import box
+from tests.offline.models import block_anatomy, muscle_block
+
+SIDEWAYS = np.array([0.0, 0.0, 1.0])
+
+
+def dragged_block(cell_type, material, cells=(12, 12, 3), size=(0.06, 0.06, 0.012)):
+    points, block = box(cell_type, cells, size)
+    top = np.isclose(points[:, 2], size[2])
+    near = (np.abs(points[:, :2] - 0.5 * np.array(size[:2])) <= 0.0101).all(axis=1)
+    return block_anatomy(points, block, material, dragged=top & near)
+
+
+@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+def test_golden_value_of_the_dragged_block(solver):
+    """felupe, scikit-fem and Kratos agree on this value in all digits."""
+    if solver == "pardiso":
+        pytest.importorskip("pypardiso")
+    model = FullModel(dragged_block("tetra", Yeoh.neo_hookean(15e3, 0.45)), solver=solver)
+    found = EquilibriumSolver(model, tolerance=1e-11).solve(SIDEWAYS)
+    node = np.linalg.norm(model.anatomy.points - [0.045, 0.030, 0.012], axis=1).argmin()
+    assert len(model.anatomy.points) == 676
+    assert 1e3 * found.u[node, 0] == pytest.approx(6.1074338, abs=5e-8)
+
+
+def test_hexahedra_agree_with_felupe():
+    felupe = pytest.importorskip("felupe")
+    material = Yeoh.neo_hookean(15e3, 0.45)
+    anatomy = dragged_block("hexahedron", material, cells=(6, 6, 3))
+    model = FullModel(anatomy, mean_dilatation=False)
+    ours = EquilibriumSolver(model, tolerance=1e-12).solve(SIDEWAYS).u
+    mesh = felupe.Mesh(anatomy.points, anatomy.cells[0].connectivity, "hexahedron")
+    field = felupe.FieldContainer([felupe.Field(felupe.RegionHexahedron(mesh), dim=3)])
+    theirs = felupe.SolidBody(felupe.NeoHookeCompressible(mu=2 * material.c10, lmbda=material.lame), field)
+    motion = np.where(anatomy.jaw)[0]
+    fixed = felupe.Boundary(field[0], mask=anatomy.skull)
+    step = [
+        felupe.Boundary(field[0], mask=anatomy.jaw, skip=(0, 1, 1), value=0.0),
+        felupe.Boundary(field[0], mask=anatomy.jaw, skip=(1, 0, 0), value=0.0),
+    ]
+    bounds = felupe.BoundaryDict({"fixed": fixed, "pulled": step[0], "held": step[1]})
+    ramp = felupe.math.linsteps([0, 1], num=5) * 0.008
+    job = felupe.Job([felupe.Step([theirs], ramp={bounds["pulled"]: ramp}, boundaries=bounds)])
+    job.evaluate(tol=1e-11, verbose=False)
+    assert len(motion)
+    np.testing.assert_allclose(ours, field[0].values, atol=1e-8 * np.abs(ours).max())
+
+
+@pytest.mark.parametrize("cell_type", ["hexahedron", "wedge", "tetra", "tetra10"])
+def test_contracting_muscle_shortens_and_every_point_keeps_its_orientation(cell_type):
+    model = FullModel(muscle_block(cell_type, Yeoh(2500.0, 1175.0, 250e3)))
+    found = EquilibriumSolver(model).solve(np.array([1.0]))
+    assert found.report.converged
+    assert found.report.residual <= 1e-6
+    assert model.point_jacobians(found.u).min() > 0
+    assert found.report.smallest_jacobian == pytest.approx(model.point_jacobians(found.u).min(), rel=1e-9)
+    ends = [np.linalg.norm(model.anatomy.points - p, axis=1).argmin() for p in ([0, 0.01, 0.01], [0.02, 0.01, 0.01])]
+    assert found.u[ends[0], 0] > 3e-4
+    assert found.u[ends[1], 0] < -3e-4
+
+
+def test_nested_cylinders_contract_along_their_axis_symmetrically():
+    """Figure 7.7: the free top comes down; the model has the symmetry of a square about its axis."""
+    anatomy = nested_cylinders()
+    model = FullModel(anatomy)
+    u = EquilibriumSolver(model, tolerance=1e-10).solve(np.array([1.0])).u
+    points = anatomy.points
+    top_centre = np.linalg.norm(points - [0.0, points[:, 1].max(), 0.0], axis=1).argmin()
+    largest = np.abs(u).max()
+    assert u[top_centre, 1] < -2e-3
+    assert np.abs(u[top_centre, [0, 2]]).max() < 1e-6 * largest
+    for image in (np.array([-1.0, 1.0, 1.0]), np.array([1.0, 1.0, -1.0])):
+        np.testing.assert_allclose(u[partner(points, points * image)] * image, u, atol=1e-6 * largest)
+    quarter = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(u[partner(points, points @ quarter.T)], u @ quarter.T, atol=1e-6 * largest)
+
+
+def partner(points, images):
+    distance = np.linalg.norm(points[None] - images[:, None], axis=2)
+    assert distance.min(axis=1).max() < 1e-12
+    return distance.argmin(axis=1)
+
+
+def test_no_equilibrium_is_an_error_that_carries_the_report():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    with pytest.raises(NotConvergedError, match=r"pull = 1.*lower the activations") as caught:
+        EquilibriumSolver(model, max_iterations=1).solve(np.array([1.0]))
+    assert not caught.value.report.converged
+    assert caught.value.report.rejected_steps > 0
+
+
+def test_solution_does_not_depend_on_the_start():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    solver = EquilibriumSolver(model, tolerance=1e-11)
+    half = solver.solve(np.array([0.5]))
+    np.testing.assert_allclose(solver.solve(np.array([1.0]), half).u, solver.solve(np.array([1.0])).u, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", sorted(SOLVERS))
+def test_linear_solver_solves_and_refuses_indefinite_matrices(name):
+    if name == "pardiso":
+        pytest.importorskip("pypardiso")
+    import scipy.sparse as sp
+    from risorius_offline.linear_solver import NotPositiveDefiniteError
+
+    rng = np.random.default_rng(0)
+    half = sp.random(60, 60, 0.05, random_state=1)
+    matrix = (half @ half.T + 0.1 * sp.eye(60)).tocsr()
+    upper = sp.triu(matrix, format="csr")
+    upper.sort_indices()
+    solver = SOLVERS[name](upper)
+    right = rng.normal(size=(60, 3))
+    for scale in (1.0, 2.0):
+        solver.factorise(scale * upper.data)
+        np.testing.assert_allclose(scale * matrix @ solver.solve(right), right, atol=1e-12 * np.abs(right).max() * 100)
+        np.testing.assert_allclose(scale * matrix @ solver.solve(right[:, 0]), right[:, 0], atol=1e-10)
+    with pytest.raises(NotPositiveDefiniteError):
+        solver.factorise(-upper.data)
