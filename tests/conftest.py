@@ -9,6 +9,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
+
 from risorius.evaluators import PolynomialMap, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,9 +11,9 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
+
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
-
 from risorius_offline.elements import ELEMENTS, ReferenceElement
 
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -63,12 +64,47 @@ class IntegratedBlock:
         )
 
 
-class Discretisation:
-    """Integration tables of a mesh. points (n, 3) in metres; one sparse pattern, the upper triangle, for all blocks."""
+def film(points: FloatArray, cells: CellBlock, triangles: IntArray, thickness: float) -> IntegratedBlock:
+    """A film of `thickness` metres on those surface triangles (m, 3) that are part of a face of the cells.
 
-    def __init__(self, points: FloatArray, cells: Sequence[CellBlock]) -> None:
+    Every triangle is integrated at its centroid, with the deformation of the cell behind it.
+    """
+    element = cells.element
+    wanted = {tuple(sorted(triangle)): number for number, triangle in enumerate(triangles.tolist())}
+    owners: list[tuple[int, int, tuple[int, ...]]] = []
+    for corners in {c for face in element.faces for c in itertools.combinations(face, 3)}:
+        keys = np.sort(cells.connectivity[:, corners], axis=1).tolist()
+        owners += [(wanted[k], e, corners) for e, k in enumerate(map(tuple, keys)) if k in wanted]
+    owners.sort()
+    rows = np.array([e for _, e, _ in owners], dtype=np.int64)
+    centroids = np.array([np.asarray(element.nodes)[list(c)].mean(axis=0) for _, _, c in owners]).reshape(-1, 3)
+    reference = element.gradients_at(centroids.T)
+    jacobian = np.einsum("eai,eaj->eij", points[cells.connectivity[rows]], reference)
+    x = points[triangles[[number for number, _, _ in owners]]]
+    area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+    return IntegratedBlock(
+        cells=CellBlock(cells.cell_type, cells.connectivity[rows], cells.layer[rows]),
+        gradients=np.ascontiguousarray(np.einsum("eaj,eji->eai", reference, np.linalg.inv(jacobian))[:, None]),
+        weights=np.ascontiguousarray(thickness * area[:, None]),
+        positions=x.mean(axis=1)[:, None],
+    )
+
+
+class Discretisation:
+    """Integration tables of a mesh: volume blocks and, where there is an epidermis, film blocks on the skin.
+
+    points (n, 3) in metres; one sparse pattern, the upper triangle, for all blocks.
+    """
+
+    def __init__(
+        self, points: FloatArray, cells: Sequence[CellBlock], skin: IntArray | None = None, epidermis: float = 0.0
+    ) -> None:
         self.points = np.ascontiguousarray(points, dtype=np.float64)
-        self.blocks = tuple(IntegratedBlock.of(self.points, block) for block in cells)
+        self.volumes = tuple(IntegratedBlock.of(self.points, block) for block in cells)
+        self.films: tuple[IntegratedBlock, ...] = ()
+        if epidermis > 0.0 and skin is not None:
+            self.films = tuple(film(self.points, block, skin, epidermis) for block in cells)
+        self.blocks = self.volumes + self.films
 
     @property
     def dof_count(self) -> int:
@@ -108,7 +144,7 @@ class Discretisation:
         volume (Hinton, Rock and Zienkiewicz 1976), which stays positive on quadratic elements.
         """
         volumes = np.zeros(len(self.points))
-        for block in self.blocks:
+        for block in self.volumes:
             diagonal = block.weights @ block.cells.element.shape_functions(block.cells.element.points) ** 2
             scale = block.weights.sum(axis=1) / diagonal.sum(axis=1)
             np.add.at(volumes, block.cells.connectivity, diagonal * scale[:, None])

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
-
 from risorius_offline.full_model import FullModel, NotPositiveDefiniteError
 
 ARMIJO = 1e-4
@@ -181,4 +181,6 @@ class EquilibriumSolver:
 
     def _describe(self, parameters: FloatArray) -> str:
         names = self.model.anatomy.inputs.parameters
-        return ", ".join(f"{name} = {value:g}" for name, value in zip(names, parameters, strict=True) if value) or "rest"
+        return (
+            ", ".join(f"{name} = {value:g}" for name, value in zip(names, parameters, strict=True) if value) or "rest"
+        )

@@ -6,16 +6,19 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.mechanics import elements
-
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation, IntArray
 from risorius_offline.linear_solver import SOLVERS, LinearSolver, NotPositiveDefiniteError, default_solver
 from risorius_offline.muscles.polyline_fibres import fibre_points
 
 __all__ = ["FullModel", "NotPositiveDefiniteError"]
+
+# The film on the skin is neo-Hookean without a volumetric part: its barrier keeps J > 0 on every triangle of the skin.
+BARRIER_ONLY = np.array([1.0, 0.0, 0.0])
 
 
 class FullModel:
@@ -27,11 +30,12 @@ class FullModel:
 
     def __init__(self, anatomy: Anatomy, *, mean_dilatation: bool = True, solver: str | None = None) -> None:
         self.anatomy = anatomy
-        self.discretisation = Discretisation(anatomy.points, anatomy.cells)
+        self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._mean_dilatation = mean_dilatation
         self._solver_name = solver or default_solver()
-        coefficients = np.array([material.coefficients for material in anatomy.materials])
-        self._coefficients = [np.ascontiguousarray(coefficients[block.layer]) for block in anatomy.cells]
+        volume = np.array([material.coefficients for material in anatomy.materials])
+        self._coefficients = [volume[block.cells.layer] for block in self.discretisation.volumes]
+        self._coefficients += [volume[block.cells.layer] * BARRIER_ONLY for block in self.discretisation.films]
         self._fibres = self._fibre_operator()
         self._active = [np.zeros((*block.weights.shape, 6)) for block in self.discretisation.blocks]
         self._values = np.zeros(self.discretisation.pattern.nnz)
@@ -48,7 +52,7 @@ class FullModel:
         """Make muscle activations (the leading parameters) act in all later calls."""
         stress = self._fibres @ parameters[: self.muscle_count]
         start = 0
-        for active in self._active:
+        for active in self._active[: len(self.discretisation.volumes)]:
             active[:] = stress[start : start + active.size].reshape(active.shape)
             start += active.size
 
@@ -112,7 +116,7 @@ class FullModel:
         """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
         columns = np.zeros((self.discretisation.dof_count, self.muscle_count))
         start = 0
-        for block in self.discretisation.blocks:
+        for block in self.discretisation.volumes:
             size = block.weights.size * 6
             fibres = self._fibres[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
             full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
@@ -140,7 +144,7 @@ class FullModel:
         return fields
 
     def point_jacobians(self, u: FloatArray) -> FloatArray:
-        """J at every quadrature point, all blocks one after another."""
+        """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
         values = []
         for block in self.discretisation.blocks:
             gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
@@ -169,7 +173,7 @@ class FullModel:
 
     def _fibre_operator(self) -> sp.csr_matrix:
         """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
-        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.blocks])
+        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.volumes])
         rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
         for number, muscle in enumerate(self.anatomy.muscles):
             inside, t = fibre_points(positions, muscle.polylines, muscle.radius)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
+
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
 
@@ -104,7 +105,8 @@ def _fill_reducing_order(matrix: sp.csr_matrix) -> np.ndarray:
 
     graph = (matrix - sp.diags(matrix.diagonal())).tocsr()
     graph.eliminate_zeros()
-    order, _ = pymetis.nested_dissection(xadj=graph.indptr.astype(np.int32), adjncy=graph.indices.astype(np.int32))
+    adjacency = pymetis.CSRAdjacency(graph.indptr.astype(np.int32), graph.indices.astype(np.int32))
+    order, _ = pymetis.nested_dissection(adjacency)
     return np.asarray(order, dtype=np.int64)
 
 

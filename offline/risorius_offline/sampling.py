@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from risorius.inputs import TWO_WAY, InputTable, without_side
 from risorius.jaw import JAW_INPUTS, FloatArray
 

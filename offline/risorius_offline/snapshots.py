@@ -11,6 +11,7 @@ import hashlib
 import multiprocessing
 import os
 import shutil
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -20,11 +21,11 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
+
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
 from risorius.storage import replaced_when_complete
-
 from risorius_offline.anatomy import Anatomy
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
@@ -68,7 +69,9 @@ def solve_design(
 
 def _parts_folder(anatomy: Anatomy, design: SamplingDesign, output: Path) -> Path:
     """Folder of the finished samples; its name holds what they depend on, so that foreign ones are never taken."""
-    digest = hashlib.sha256(anatomy.points.tobytes() + design.parameters.tobytes() + repr(anatomy.materials).encode())
+    digest = hashlib.sha256(
+        anatomy.points.tobytes() + design.parameters.tobytes() + repr((anatomy.materials, anatomy.epidermis)).encode()
+    )
     for muscle in anatomy.muscles:
         digest.update(repr((muscle.name, muscle.radius, muscle.max_stress)).encode())
     return output.with_name(f"{output.name}.parts-{digest.hexdigest()[:12]}")
@@ -117,7 +120,16 @@ _solver: EquilibriumSolver | None = None
 
 def _start_worker(folder: Path) -> None:
     global _solver
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _solver = EquilibriumSolver(FullModel(Anatomy.load(folder / "anatomy.h5")))
+
+
+def _end_with_parent() -> None:
+    """End this worker when the run that started it was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+    os._exit(1)
 
 
 def _solve_path(folder: Path, parameters: FloatArray, path: range) -> None:
@@ -163,7 +175,7 @@ def _read_part(path: Path) -> Solved | None:
     try:
         with np.load(path) as data:
             return Solved(data["u"], float(data["smallest_jacobian"]), str(data["failure"]))
-    except (FileNotFoundError, BadZipFile, EOFError, KeyError):
+    except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
         return None
 
 

@@ -49,7 +49,7 @@ class Engine:
         if wanted not in model.evaluators:
             raise InputError(f"model {model.name!r} has no evaluator {wanted!r}, which the scene needs; train it anew")
         self._evaluator = model.evaluators[wanted]
-        self._linear = model.evaluators[Superposition.name]
+        self._linear = model.evaluators[Superposition.name] if self.scene.nonlinear else None
         self._accuracy = model.accuracy[wanted]
         count, vertex_count, _ = model.basis.shape
         self._flat_basis = np.ascontiguousarray(model.basis.reshape(count, 3 * vertex_count))
@@ -87,7 +87,8 @@ class Engine:
         if self.model.jaw:
             self.model.jaw.lift_coordinates(parameters[-3:], out=q[: self.model.lifts])
         self._evaluator.coordinates(parameters, modal)
-        self._linear.coordinates(parameters, self._linear_part)
+        if self._linear:
+            self._linear.coordinates(parameters, self._linear_part)
         interaction = float(np.linalg.norm(modal - self._linear_part))
         vertices = self._reconstruct(q, out)
         return Frame(
@@ -112,7 +113,12 @@ class Engine:
         return parameters
 
     def _reconstruct(self, q: FloatArray, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
-        vertices = np.empty_like(self.model.rest_vertices) if out is None else out
+        shape = self.model.rest_vertices.shape
+        vertices = np.empty(shape, dtype=np.float32) if out is None else out
+        if vertices.shape != shape or vertices.dtype != np.float32 or not vertices.flags.c_contiguous:
+            raise InputError(
+                f"out: give a contiguous float32 array of shape {shape}, not {vertices.dtype} {vertices.shape}"
+            )
         flat = vertices.reshape(-1)
         np.dot(q.astype(np.float32), self._flat_basis, out=flat)
         flat += self.model.rest_vertices.reshape(-1)

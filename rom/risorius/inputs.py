@@ -70,7 +70,7 @@ class InputTable:
     @cached_property
     def aliases(self) -> Mapping[str, tuple[int, ...]]:
         """Every accepted name -> positions in `names`: `AU12` -> those of `AU12_L` and `AU12_R`."""
-        table = {name: (position,) for position, name in enumerate(self.names)}
+        table: dict[str, tuple[int, ...]] = {name: (position,) for position, name in enumerate(self.names)}
         for name, positions in list(table.items()):
             stem = without_side(name)
             if stem != name:
@@ -162,4 +162,3 @@ class InputTable:
         if not math.isfinite(number) or not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number
-

@@ -106,4 +106,3 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         provenance=json.loads(file.attrs["provenance"]),
     )
     return model
-

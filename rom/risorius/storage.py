@@ -36,13 +36,12 @@ def replaced_when_complete(path: Path) -> Iterator[Path]:
 @contextmanager
 def writing(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
     """Open a new HDF5 file of a schema; it appears under its name only when complete, with its checksum."""
-    with replaced_when_complete(path) as partial:
-        with h5py.File(partial, "w") as file:
-            file.attrs["schema"] = schema
-            file.attrs["schema_version"] = version
-            file.attrs["units"] = UNITS
-            yield file
-            file.attrs["sha256"] = content_checksum(file)
+    with replaced_when_complete(path) as partial, h5py.File(partial, "w") as file:
+        file.attrs["schema"] = schema
+        file.attrs["schema_version"] = version
+        file.attrs["units"] = UNITS
+        yield file
+        file.attrs["sha256"] = content_checksum(file)
 
 
 @contextmanager
@@ -102,4 +101,6 @@ def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:
 
 def plain_attributes(group: h5py.Group) -> dict[str, Any]:
     """Attributes of a group as Python numbers, strings and tuples."""
-    return {key: tuple(np.asarray(v).tolist()) if np.ndim(v) else np.asarray(v).item() for key, v in group.attrs.items()}
+    return {
+        key: tuple(np.asarray(v).tolist()) if np.ndim(v) else np.asarray(v).item() for key, v in group.attrs.items()
+    }

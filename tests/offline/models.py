@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+
 from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.anatomy import Anatomy, Muscle
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
-
 from tests.offline.meshes import box
 
 DRAG = JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, 0.0, sideways_slide=0.008)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+
 from risorius.errors import InputError
 from risorius_offline.discretisation import CellBlock, Discretisation, IntegratedBlock
 from risorius_offline.elements import ELEMENTS
-
 from tests.offline.meshes import box
 
 TYPES = sorted(ELEMENTS)

@@ -1,11 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
 from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
 from risorius_offline.linear_solver import SOLVERS
-
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy, muscle_block
 
@@ -109,6 +111,7 @@ def test_linear_solver_solves_and_refuses_indefinite_matrices(name):
     if name == "pardiso":
         pytest.importorskip("pypardiso")
     import scipy.sparse as sp
+
     from risorius_offline.linear_solver import NotPositiveDefiniteError
 
     rng = np.random.default_rng(0)
@@ -124,3 +127,17 @@ def test_linear_solver_solves_and_refuses_indefinite_matrices(name):
         np.testing.assert_allclose(scale * matrix @ solver.solve(right[:, 0]), right[:, 0], atol=1e-10)
     with pytest.raises(NotPositiveDefiniteError):
         solver.factorise(-upper.data)
+
+
+def test_epidermis_sees_a_folded_skin_triangle_that_no_quadrature_point_sees():
+    points, cells = box("hexahedron", cells=(1, 1, 1))
+    bare = block_anatomy(points, cells, Yeoh(2500.0, 1175.0, 250e3))
+    corner = np.zeros_like(points)
+    corner[-1, 2] = -0.031  # one corner of the 20 mm cube goes down through the bottom
+    models = [FullModel(replace(bare, epidermis=thickness)) for thickness in (0.0, 1e-4)]
+    for model in models:
+        model.set_parameters(np.zeros(0))
+    assert models[0].point_jacobians(corner).min() > 0
+    assert np.isfinite(models[0].energy(corner)[0])
+    assert models[1].point_jacobians(corner).min() < 0
+    assert models[1].energy(corner)[0] == np.inf

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import skfem
+
 from risorius.mechanics.material import Yeoh
 from risorius_offline.elements import ELEMENTS
 from risorius_offline.full_model import FullModel
-
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy, muscle_block
 
@@ -56,7 +56,10 @@ def test_projected_tangent_is_positive_semidefinite_where_the_true_one_is_not(ce
     u[:, 0] *= 0.4
     u[:, 2] -= 0.45 * model.anatomy.points[:, 2]
     assert model.energy(u)[0] < np.inf
-    true, projected = np.linalg.eigvalsh(full_tangent(model, u)), np.linalg.eigvalsh(full_tangent(model, u, project=True))
+    true, projected = (
+        np.linalg.eigvalsh(full_tangent(model, u)),
+        np.linalg.eigvalsh(full_tangent(model, u, project=True)),
+    )
     assert true[0] < -1e-6 * true[-1]
     assert projected[0] > -1e-9 * projected[-1]
 

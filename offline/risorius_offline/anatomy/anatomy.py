@@ -11,11 +11,11 @@ from typing import Any
 import h5py
 import numpy as np
 import numpy.typing as npt
+
 from risorius import storage
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 from risorius.mechanics.material import Yeoh
-
 from risorius_offline.discretisation import CellBlock, IntArray
 
 SCHEMA = "risorius-anatomy"
@@ -50,6 +50,7 @@ class Anatomy:
 
     points (n, 3); cells with a layer number each, materials by layer number; skull, jaw (n,) flags of the nodes that
     move with the bone; skin (m, 3) the visible triangles, outward; jaw_motion is None without a mandible.
+    epidermis: thickness in metres of a film on the skin, of the tissue beneath, that keeps its triangles from folding.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Anatomy:
     skin: IntArray
     muscles: tuple[Muscle, ...]
     jaw_motion: JawMotion | None
+    epidermis: float = 0.0
     bones: Mapping[str, Surface] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -83,6 +85,7 @@ class Anatomy:
     def write(self, group: h5py.Group) -> None:
         """Store all fields in an HDF5 group."""
         group.attrs["name"] = self.name
+        group.attrs["epidermis"] = self.epidermis
         group.attrs["provenance"] = json.dumps(dict(self.provenance), sort_keys=True)
         for key in ("points", "skull", "jaw", "skin"):
             group[key] = getattr(self, key)
@@ -115,6 +118,7 @@ class Anatomy:
             skin=group["skin"][()],
             muscles=tuple(_read_muscle(item) for item in group["muscles"].values()),
             jaw_motion=JawMotion(**storage.plain_attributes(group["jaw_motion"])) if "jaw_motion" in group else None,
+            epidermis=float(group.attrs["epidermis"]),
             bones=bones,
             provenance=json.loads(group.attrs["provenance"]),
         )
@@ -123,4 +127,3 @@ class Anatomy:
 def _read_muscle(item: h5py.Group) -> Muscle:
     lines = tuple(line[()] for line in item.values())
     return Muscle(str(item.attrs["name"]), lines, float(item.attrs["radius"]), float(item.attrs["max_stress"]))
-

@@ -1,4 +1,4 @@
-"""Import of a folder: a volume mesh with node flags, muscles.json and bone surfaces. The format is in docs/import.md."""
+"""Import of a folder: a volume mesh with node flags, muscles.json and bone surfaces; docs/import.md has the format."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from pathlib import Path
 import meshio
 import numpy as np
 import numpy.typing as npt
-from risorius.errors import InputError
-from risorius.jaw import FloatArray, JawMotion
-from risorius.mechanics.material import Yeoh
 from scipy.spatial import cKDTree
 
+from risorius.errors import InputError
+from risorius.jaw import FloatArray, JawMotion
 from risorius_offline.anatomy.anatomy import Anatomy, Muscle, Surface
 from risorius_offline.anatomy.frame import Frame, check_size, parse_frame
 from risorius_offline.anatomy.landmarks import jaw_motion, sellion
@@ -27,6 +26,7 @@ SKULL_FLAG, JAW_FLAG = "fixed_to_skull", "fixed_to_jaw"
 FREE_PREFIX = "free_"
 RIM_FLAG = "outer_edge"
 JAW_BONE = "jaw"
+EPIDERMIS = 1e-4  # metres; facial epidermis is about 0.1 mm thick
 
 
 def import_folder(folder: Path) -> Anatomy:
@@ -37,7 +37,9 @@ def import_folder(folder: Path) -> Anatomy:
     mesh = _read(mesh_path)
     points = frame.to_ours(mesh.points)
     if not np.isfinite(points).all():
-        raise InputError(f"{mesh_path.name}: node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite; mend it")
+        raise InputError(
+            f"{mesh_path.name}: node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite; mend it"
+        )
     check_size(points, muscle_file.units, mesh_path.name)
     cells = _cells(mesh, mesh_path, points)
     flags = {name: np.asarray(values).ravel() != 0 for name, values in mesh.point_data.items()}
@@ -63,6 +65,7 @@ def import_folder(folder: Path) -> Anatomy:
         skin=skin,
         muscles=muscles,
         jaw_motion=_motion(moved_bones),
+        epidermis=EPIDERMIS,
         bones=moved_bones,
         provenance={"source": folder.name, "mesh": mesh_path.name, "mesh_sha256": _sha256(mesh_path),
                     "muscles_sha256": _sha256(folder / "muscles.json")},
@@ -82,7 +85,7 @@ def _only_mesh(folder: Path) -> Path:
 def _read(path: Path) -> meshio.Mesh:
     try:
         return meshio.read(path)
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - meshio raises what its parsers raise, and may exit
+    except (Exception, SystemExit) as error:
         raise InputError(f"{path}: meshio cannot read it ({error}); export it again or use another format") from error
 
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
+
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 

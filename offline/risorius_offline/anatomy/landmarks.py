@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from risorius.jaw import FloatArray, JawMotion
 from scipy.optimize import brentq
+
+from risorius.jaw import FloatArray, JawMotion
 
 MIDLINE = 0.006  # a point this near to the plane of symmetry lies on the profile, metres
 NASAL_ROOT = 0.075  # the sellion is at most this far above the tip of the nose, metres

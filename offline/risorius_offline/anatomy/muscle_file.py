@@ -9,10 +9,10 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.mechanics.material import Yeoh
-
 from risorius_offline.anatomy.anatomy import Muscle
 from risorius_offline.anatomy.frame import Frame
 

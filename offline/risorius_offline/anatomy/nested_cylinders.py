@@ -7,9 +7,9 @@ the symmetry of a square.
 from __future__ import annotations
 
 import numpy as np
+
 from risorius.jaw import FloatArray
 from risorius.mechanics.material import Yeoh
-
 from risorius_offline.anatomy.anatomy import Anatomy, Muscle
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.discretisation import CellBlock, IntArray

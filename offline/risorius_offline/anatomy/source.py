@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from risorius.errors import InputError
-
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.anatomy.folder import import_folder
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from risorius.jaw import FloatArray
 
+from risorius.jaw import FloatArray
 from risorius_offline.discretisation import CellBlock, IntArray
 
 

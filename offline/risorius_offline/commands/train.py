@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from risorius.commands.reduce import DEFAULT_RANK, describe
 
+from risorius.commands.reduce import DEFAULT_RANK, describe
 from risorius_offline.commands.snapshots import (
     DEFAULT_COUNT,
     DEFAULT_HELD_OUT,

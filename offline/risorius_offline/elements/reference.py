@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 import skfem
-from risorius.jaw import FloatArray
 from skfem.quadrature import get_quadrature
+
+from risorius.jaw import FloatArray
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from risorius.jaw import FloatArray
+import itertools
 
+import numpy as np
+
+from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
 
 
@@ -16,7 +18,7 @@ def nearest_on_polylines(points: FloatArray, polylines: tuple[FloatArray, ...]) 
     best = np.full(len(points), np.inf)
     tangent = np.zeros((len(points), 3))
     for line in polylines:
-        for start, end in zip(line[:-1], line[1:], strict=True):
+        for start, end in itertools.pairwise(line):
             edge = end - start
             length = float(np.linalg.norm(edge))
             if length == 0.0:

@@ -1,0 +1,167 @@
+// Draws the face: vertices = rest + sum_k q_k basis_k, from the coordinates q that the server sends for each frame.
+import { Sliders } from "./sliders.js";
+
+const KIND_BASIS = 1;
+const KIND_FRAME = 2;
+const HEADER_BYTES = 8;
+const FLOAT_BYTES = 4;
+const FACE_PATH = ["meshcat", "face", "<object>"];
+const MARGIN = 0.86; // share of the window that the face fills on load
+const RETRY_MS = 1000;
+
+export class FacePreview {
+  constructor(viewer, statusLine) {
+    this.viewer = viewer;
+    this.statusLine = statusLine;
+    this.mesh = null;
+    this.basis = null;
+    this.pending = null;
+    this.drawIsDue = false;
+    this.shown = -1; // sequence number of the frame in the window
+    this.lost = false;
+    this.connect();
+  }
+
+  connect() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.socket = new WebSocket(`${scheme}://${location.host}/face`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => { if (this.lost) location.reload(); };
+    this.socket.onmessage = (event) => this.receive(event.data);
+    this.socket.onclose = () => {
+      this.lost = true;
+      this.report("connection lost, trying again", true);
+      setTimeout(() => this.connect(), RETRY_MS);
+    };
+  }
+
+  receive(data) {
+    if (typeof data === "string") return this.setUp(JSON.parse(data));
+    const [kind, ticket] = new Uint32Array(data, 0, 2);
+    if (kind === KIND_BASIS) {
+      this.basis = new Float32Array(data, HEADER_BYTES);
+    } else if (kind === KIND_FRAME) {
+      const statusStart = HEADER_BYTES + FLOAT_BYTES * this.setup.rank;
+      const status = JSON.parse(new TextDecoder().decode(new Uint8Array(data, statusStart)));
+      this.sliders.display(status.values);
+      this.pending = { ticket, q: new Float32Array(data, HEADER_BYTES, this.setup.rank), status };
+      this.scheduleDrawing();
+    }
+  }
+
+  setUp(setup) {
+    this.setup = setup;
+    document.title = `${setup.model} – Risorius`;
+    this.sliders = new Sliders(this.viewer.gui, setup, (moves) => this.send({ inputs: moves }));
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  // A hidden window gets no animation frames: nothing is drawn or acknowledged until it is looked at again.
+  scheduleDrawing() {
+    if (this.drawIsDue) return;
+    this.drawIsDue = true;
+    requestAnimationFrame(() => this.draw());
+  }
+
+  draw() {
+    this.drawIsDue = false;
+    if (!this.mesh && !this.findMesh()) return this.scheduleDrawing(); // meshcat's own socket brings it
+    const { ticket, q, status } = this.pending;
+    this.deform(q);
+    computeNormals(this.mesh.geometry);
+    this.viewer.render();
+    this.describe(status);
+    this.shown = status.sequence;
+    this.send({ drawn: ticket });
+  }
+
+  findMesh() {
+    const object = this.viewer.scene_tree.find(FACE_PATH).object;
+    if (!object.isMesh) return false;
+    this.mesh = object;
+    this.mesh.frustumCulled = false; // the bounding sphere of the rest pose does not hold for others
+    this.rest = Float32Array.from(object.geometry.attributes.position.array);
+    this.sum = new Float64Array(this.rest.length);
+    this.frameFace();
+    return true;
+  }
+
+  deform(q) {
+    const { basis, sum } = this;
+    const count = sum.length;
+    sum.set(this.rest);
+    for (let k = 0; k < q.length; k++) {
+      const weight = q[k];
+      if (weight === 0) continue;
+      for (let i = 0, j = k * count; i < count; i++, j++) sum[i] += weight * basis[j];
+    }
+    const position = this.mesh.geometry.attributes.position;
+    position.array.set(sum);
+    position.needsUpdate = true;
+  }
+
+  // Moves the camera, without turning it, to where the whole face just fits in the middle beside the panel.
+  frameFace() {
+    const { Box3, MathUtils, Vector2, Vector3 } = MeshCat.THREE;
+    const { camera, renderer, controls, scene } = this.viewer;
+    const { x: width, y: height } = renderer.getSize(new Vector2());
+    const covered = this.sliders.coveredWidth;
+    camera.setViewOffset(width, height, covered / 2, 0, width, height);
+    controls.update();
+    scene.updateMatrixWorld(true);
+    const toCamera = camera.matrixWorldInverse.clone().multiply(this.mesh.matrixWorld);
+    const points = [];
+    for (let i = 0; i < this.rest.length; i += 3) {
+      points.push(new Vector3().fromArray(this.rest, i).applyMatrix4(toCamera));
+    }
+    const centre = new Box3().setFromPoints(points).getCenter(new Vector3());
+    const tangent = MARGIN * Math.tan(MathUtils.degToRad(camera.fov / 2));
+    const aspect = (width - covered) / height;
+    let distance = 0;
+    for (const point of points) {
+      point.sub(centre);
+      distance = Math.max(distance, point.z + Math.max(Math.abs(point.y), Math.abs(point.x) / aspect) / tangent);
+    }
+    const backwards = camera.position.clone().normalize();
+    controls.target.copy(centre.applyMatrix4(camera.matrix));
+    camera.position.copy(controls.target).addScaledVector(backwards, distance);
+  }
+
+  describe(status) {
+    if (!status.method) return this.report(this.setup.model, false);
+    const error = status.error === null ? "error unknown" : `error ≤ ${(1e3 * status.error).toPrecision(2)} mm`;
+    const text = `${this.setup.model} · ${status.method} · ${error} · ${(1e6 * status.elapsed).toFixed(0)} µs`;
+    this.report(status.converged ? text : `${text} · not converged: last good state`, !status.converged);
+  }
+
+  report(text, isWarning) {
+    this.statusLine.textContent = text;
+    this.statusLine.classList.toggle("warning", isWarning);
+  }
+}
+
+// Vertex normals weighted by triangle area, without allocating.
+function computeNormals(geometry) {
+  const x = geometry.attributes.position.array;
+  const normal = geometry.attributes.normal;
+  const n = normal.array;
+  const index = geometry.index.array;
+  n.fill(0);
+  for (let t = 0; t < index.length; t += 3) {
+    const a = 3 * index[t], b = 3 * index[t + 1], c = 3 * index[t + 2];
+    const ux = x[b] - x[a], uy = x[b + 1] - x[a + 1], uz = x[b + 2] - x[a + 2];
+    const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
+    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    n[a] += nx; n[a + 1] += ny; n[a + 2] += nz;
+    n[b] += nx; n[b + 1] += ny; n[b + 2] += nz;
+    n[c] += nx; n[c + 1] += ny; n[c + 2] += nz;
+  }
+  for (let i = 0; i < n.length; i += 3) {
+    const length = Math.hypot(n[i], n[i + 1], n[i + 2]) || 1; // a vertex without triangles has no normal
+    n[i] /= length; n[i + 1] /= length; n[i + 2] /= length;
+  }
+  normal.needsUpdate = true;
+}

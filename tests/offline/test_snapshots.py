@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from risorius.errors import SolverError
+from risorius.inputs import InputTable
+from risorius.mechanics.material import Yeoh
+from risorius.snapshot_file import SnapshotSet
+from risorius_offline.anatomy.nested_cylinders import nested_cylinders
+from risorius_offline.equilibrium import EquilibriumSolver
+from risorius_offline.full_model import FullModel
+from risorius_offline.sampling import SamplingDesign, design
+from risorius_offline.snapshots import solve_design
+from tests.offline.models import muscle_block
+
+TABLE = InputTable(("zygomaticus_major_L", "zygomaticus_major_R", "mentalis_L", "mentalis_R"), has_jaw=True)
+
+
+def test_design_has_every_single_action_and_is_a_prefix_of_a_longer_one():
+    short, long = design(TABLE, 40, 5, seed=3), design(TABLE, 80, 5, seed=3)
+    for row in np.eye(7):
+        assert (short.parameters == row).all(axis=1).any()
+    np.testing.assert_array_equal(short.parameters[:40], long.parameters[:40])
+    np.testing.assert_array_equal(short.parameters[40:], long.parameters[80:])
+    assert short.held_out.sum() == 5
+    assert not (design(TABLE, 40, 5, seed=4).parameters == short.parameters).all()
+
+
+def test_design_stays_in_the_admissible_range():
+    parameters = design(TABLE, 300, 50, seed=0).parameters
+    assert (parameters >= TABLE.parameter_lower).all()
+    assert (parameters <= 1.0).all()
+    assert parameters[:, -1].min() < -0.1
+
+
+def levels(*values):
+    return SamplingDesign(np.array(values)[:, None], np.arange(len(values)) == len(values) - 1)
+
+
+@pytest.fixture
+def anatomy():
+    return muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3))
+
+
+def test_snapshots_are_the_equilibria_and_do_not_depend_on_the_workers(anatomy, tmp_path):
+    plan = levels(1.0, 0.2, 0.4, 0.6, 0.8, 0.9)
+    one = solve_design(anatomy, plan, tmp_path / "one.h5", 1, lambda *_: None)
+    two = solve_design(anatomy, plan, tmp_path / "two.h5", 2, lambda *_: None)
+    np.testing.assert_allclose(one.displacements, two.displacements, atol=1e-9)  # a nanometre
+    exact = EquilibriumSolver(FullModel(anatomy), tolerance=1e-11).solve(np.array([0.4])).u
+    np.testing.assert_allclose(one.displacements[2], exact, atol=1e-6 * np.abs(exact).max())
+    assert one.held_out.tolist() == [False] * 5 + [True]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["one.h5", "two.h5"]
+    np.testing.assert_array_equal(SnapshotSet.load(tmp_path / "one.h5").displacements, one.displacements)
+
+
+def test_an_interrupted_run_goes_on_where_it_was(anatomy, tmp_path):
+    plan = levels(*np.linspace(1.0, 0.1, 9))
+
+    def interrupt(done, failed, total):
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        solve_design(anatomy, plan, tmp_path / "s.h5", 1, interrupt)
+    assert not (tmp_path / "s.h5").exists()
+    (parts,) = tmp_path.iterdir()
+    kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.npz")}
+    assert len(kept) >= 4
+    (parts / "000001.npz").write_bytes(b"torn")  # as a kill in the middle of a write by another program would leave it
+    resumed = solve_design(anatomy, plan, tmp_path / "s.h5", 2, lambda *_: None)
+    fresh = solve_design(anatomy, plan, tmp_path / "fresh.h5", 2, lambda *_: None)
+    np.testing.assert_allclose(resumed.displacements, fresh.displacements, atol=1e-9)  # a nanometre
+
+
+def test_every_point_of_every_snapshot_keeps_its_orientation(tmp_path):
+    plan = levels(1.0, 0.5, 0.75)
+    snapshots = solve_design(nested_cylinders(), plan, tmp_path / "s.h5", 2, lambda *_: None)
+    model = FullModel(nested_cylinders())
+    for u, smallest in zip(snapshots.displacements, snapshots.smallest_jacobians, strict=True):
+        assert model.point_jacobians(u.astype(np.float64)).min() == pytest.approx(smallest, rel=1e-5)
+        assert smallest > 0
+
+
+def test_a_run_in_which_nothing_can_be_solved_says_so(anatomy, tmp_path):
+    impossible = SamplingDesign(np.array([[np.nan]]), np.array([False]))
+    with pytest.raises(SolverError, match=r"none of the 1 snapshots could be solved; the first: no equilibrium"):
+        solve_design(anatomy, impossible, tmp_path / "s.h5", 1, lambda *_: None)

@@ -1,0 +1,27 @@
+import numpy as np
+
+from risorius.inputs import InputTable
+from risorius.stream import InputGate
+
+
+def test_garbage_on_a_stream_is_left_out_clamped_and_counted():
+    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), has_jaw=True)
+    gate = InputGate(table)
+    weights = gate.weights(
+        [("AU12_L", 0.5), ("AU12_R", 7.0), ("jaw_forward", -3.0), ("jaw_open", float("nan")), ("AU99", 1.0)]
+    )
+    found = dict(zip(table.names, weights, strict=True))
+    assert found["AU12_L"] == 0.5
+    assert found["AU12_R"] == 1.0
+    assert found["jaw_forward"] == -1.0
+    assert found["jaw_open"] == 0.0
+    assert gate.counts == {"clamped": 2, "not_finite": 1, "unknown": 1}
+    assert gate.unknown_names == {"AU99"}
+    np.testing.assert_array_equal(table.checked(weights), weights)
+
+
+def test_values_change_only_what_they_name_when_a_base_is_given():
+    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), has_jaw=False)
+    base = np.array([0.2, 0.3])
+    np.testing.assert_array_equal(InputGate(table).weights([("AU12_R", 0.9)], base), [0.2, 0.9])
+    np.testing.assert_array_equal(base, [0.2, 0.3])
