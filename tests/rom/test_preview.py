@@ -18,17 +18,6 @@ from risorius.preview import Preview, sliders, stage
 
 pytestmark = pytest.mark.browser
 
-CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--enable-unsafe-swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 PATIENCE = 60  # seconds before a test that waits for the other side gives up
 EXPRESSION = {"AU12_L": 0.9, "AU12_R": 0.2, "jaw_open": 0.4, "jaw_sideways": -0.3}
 
@@ -53,17 +42,6 @@ def stand(synthetic_model: ReducedModel) -> Iterator[Stand]:
     stand = Stand(synthetic_model)
     with closing(stand.preview):
         yield stand
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if not CHROMIUM.exists():
-        pytest.skip(f"{CHROMIUM} is not installed")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-import os
 import re
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,73 +19,18 @@ pytest.importorskip("rclpy", reason="rclpy is not installed and no ROS 2 is sour
 
 from rclpy.time import Time
 from sensor_msgs.msg import JointState, PointCloud2
+from tests.served_node import PATIENCE_S, RISORIUS, ServedNode, served, spin_until
 
 from risorius_ros import environment, messages
 from risorius_ros.client import FaceClient
 
 pytestmark = pytest.mark.ros
 
-RISORIUS = Path(sys.executable).with_name("risorius")
-PATIENCE_S = 60.0
-_numbers = itertools.count()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_ros_graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))  # Linux has ports for the domains 0 to 101
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        patch.setenv("ROS_LOG_DIR", str(tmp_path_factory.mktemp("ros_log")))
-        yield
-
-
-@pytest.fixture(scope="module")
-def model_file(synthetic_model: risorius.ReducedModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("model") / "model.h5"
-    synthetic_model.save(path)
-    return path
-
-
-class ServedNode:
-    """`risorius serve` as a process, in a namespace of its own; its messages go to a file."""
-
-    def __init__(self, model: Path, options: tuple[str, ...], log: Path) -> None:
-        self.name = f"/test{next(_numbers)}/face_engine"
-        self._log = log
-        command = [RISORIUS, "serve", model, *options, "--ros-args", "-r", f"__ns:={Path(self.name).parent}"]
-        with log.open("w") as file:
-            self.process = subprocess.Popen(command, env=environment.of_child(), stdout=file, stderr=subprocess.STDOUT)
-
-    @property
-    def output(self) -> str:
-        return self._log.read_text()
-
-    def stopped_by(self, number: signal.Signals) -> int:
-        self.process.send_signal(number)
-        return self.process.wait(PATIENCE_S)
-
-
-@contextmanager
-def served(model: Path, *options: str, log: Path) -> Iterator[ServedNode]:
-    node = ServedNode(model, options, log)
-    try:
-        yield node
-    finally:
-        node.process.terminate()
-        node.process.wait(PATIENCE_S)
-
 
 @pytest.fixture(scope="module")
 def node(model_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedNode]:
     with served(model_file, "--frame-id", "head", log=tmp_path_factory.mktemp("node") / "log") as started:
         yield started
-
-
-def spin_until(client: FaceClient, reached: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < deadline, "nothing arrived in time"
-        client.spin_once(0.05)
 
 
 def test_mesh_is_the_engine_s_in_the_frame_of_rep_103(node: ServedNode, synthetic_model: risorius.ReducedModel) -> None:

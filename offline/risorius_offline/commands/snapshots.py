@@ -10,7 +10,7 @@ import typer
 
 from risorius_offline.commands.installed import require_offline
 
-DEFAULT_COUNT, DEFAULT_HELD_OUT = 160, 30
+DEFAULT_COUNT, DEFAULT_HELD_OUT = 120, 24
 
 Count = Annotated[int, typer.Option("--snapshots", min=1, help="Training snapshots; all single actions are added.")]
 HeldOut = Annotated[int, typer.Option(min=1, help="Snapshots to measure accuracy on; never trained with.")]
