@@ -82,17 +82,21 @@ def _solve_missing(
 ) -> None:
     total = len(design.parameters)
     paths = [range(start, min(start + PATH_LENGTH, total)) for start in range(0, total, PATH_LENGTH)]
-    missing = [path for path in paths if not all(_part(folder, number).exists() for number in path)]
+    missing = [path for path in paths if any(_read_part(_part(folder, number)) is None for number in path)]
+
+    def report() -> None:
+        progress(len(list(folder.glob("*.npz"))), len(list(folder.glob("*.failed"))), total)
+
     spawn = multiprocessing.get_context("spawn")
     with _one_thread_each(), ProcessPoolExecutor(workers, spawn, _start_worker, (folder,)) as pool:
         pending = {pool.submit(_solve_path, folder, design.parameters, path) for path in missing}
         try:
+            report()
             while pending:
                 finished, pending = wait(pending, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
                 for future in finished:
                     future.result()
-                done = len(list(folder.glob("*.npz")))
-                progress(done, len(list(folder.glob("*.failed"))), total)
+                report()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for process in multiprocessing.active_children():
@@ -180,11 +184,15 @@ def _read_part(path: Path) -> Solved | None:
 
 
 def _gather(anatomy: Anatomy, design: SamplingDesign, folder: Path) -> SnapshotSet:
-    parts = [_read_part(_part(folder, number)) for number in range(len(design.parameters))]
-    solved = [number for number, part in enumerate(parts) if part is not None and not part.failure]
+    parts: list[Solved] = []
+    for number in range(len(design.parameters)):
+        part = _read_part(_part(folder, number))
+        if part is None:
+            raise SolverError(f"{_part(folder, number)}: vanished or was damaged during the run; start it again")
+        parts.append(part)
+    solved = [number for number, part in enumerate(parts) if not part.failure]
     if not solved:
-        first = next((part.failure for part in parts if part is not None), "no worker finished")
-        raise SolverError(f"none of the {len(parts)} snapshots could be solved; the first: {first}")
+        raise SolverError(f"none of the {len(parts)} snapshots could be solved; the first: {parts[0].failure}")
     model = FullModel(anatomy)
     return SnapshotSet(
         name=anatomy.name,
@@ -195,9 +203,9 @@ def _gather(anatomy: Anatomy, design: SamplingDesign, folder: Path) -> SnapshotS
         nodal_volumes=model.discretisation.nodal_volumes,
         lift_fields=model.lift_fields,
         parameters=design.parameters[solved],
-        displacements=np.stack([part.u for part in parts if part is not None and not part.failure]),
+        displacements=np.stack([parts[number].u for number in solved]),
         held_out=design.held_out[solved],
-        smallest_jacobians=np.array([parts[n].smallest_jacobian for n in solved]),  # type: ignore[union-attr]
-        failures=tuple(part.failure for part in parts if part is not None and part.failure),
+        smallest_jacobians=np.array([parts[number].smallest_jacobian for number in solved]),
+        failures=tuple(part.failure for part in parts if part.failure),
         provenance={**anatomy.provenance, "risorius": version("risorius")},
     )

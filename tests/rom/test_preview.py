@@ -209,7 +209,12 @@ def test_page_that_is_not_displayed_is_sent_nothing_more_and_catches_up(
     outer.set_content(f'<iframe src="{stand.preview.url}" width="900" height="600"></iframe>')
     inner = outer.frames[1]
     inner.wait_for_function("() => window.preview && preview.shown === 0")
+    inner.evaluate("() => { window.ticks = 0; (function tick() { ticks++; requestAnimationFrame(tick); })(); }")
     outer.evaluate("() => { document.querySelector('iframe').style.display = 'none'; }")
+    # The browser may still grant a few animation frames: go on when they have stopped.
+    inner.wait_for_function(
+        "() => { const same = window.last === ticks; window.last = ticks; return same; }", polling=200
+    )
     inner.evaluate("() => { window.arrived = 0; preview.socket.addEventListener('message', () => { arrived++; }); }")
     for _ in range(200):
         sequence = stand.show(**EXPRESSION)

@@ -46,11 +46,17 @@ def solve(source: str, output: Path, count: int, held_out: int, workers: int, se
     columns = ("snapshots", BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("snapshots", total=len(plan.parameters), rate="")
+        told = -1
 
         def show(done: int, failed: int, total: int) -> None:
+            nonlocal told
             speed = bar.tasks[task].speed
             rate = f"{speed:.1f}/s" if speed else ""
             bar.update(task, completed=done, rate=rate + (f", {failed} failed" if failed else ""))
+            tenth = 10 * done // total
+            if tenth > told and not console.is_terminal:  # a log file gets ten plain lines instead of a bar
+                told = tenth
+                console.print(f"snapshots {done}/{total}{f', {failed} failed' if failed else ''}", markup=False)
 
         result = solve_design(anatomy, plan, output, workers or os.cpu_count() or 1, show)
     for failure in result.failures:
