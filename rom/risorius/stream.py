@@ -12,11 +12,14 @@ from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 
 
+NAMES_KEPT = 64  # a sender of ever new names must not fill the memory
+
+
 class InputGate:
     """Turns named values from a topic or a page into an admissible weight array.
 
     An unknown name or a value that is not finite is left out, a value out of range is clamped; `counts` tells how
-    often each happened (`unknown`, `not_finite`, `clamped`), `unknown_names` which names.
+    often each happened (`unknown`, `not_finite`, `clamped`), `unknown_names` some of the names.
     """
 
     def __init__(self, table: InputTable) -> None:
@@ -31,7 +34,8 @@ class InputGate:
             positions = self._table.aliases.get(name)
             if positions is None:
                 self.counts["unknown"] += 1
-                self.unknown_names.add(name)
+                if len(self.unknown_names) < NAMES_KEPT:
+                    self.unknown_names.add(name)
             elif not math.isfinite(value):
                 self.counts["not_finite"] += 1
             else:
