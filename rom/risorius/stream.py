@@ -11,7 +11,6 @@ import numpy as np
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 
-
 NAMES_KEPT = 64  # a sender of ever new names must not fill the memory
 
 
