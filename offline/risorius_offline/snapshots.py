@@ -25,7 +25,7 @@ import numpy as np
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
-from risorius.storage import replaced_when_complete
+from risorius.storage import replaced_when_complete, require_folder_of
 from risorius_offline.anatomy import Anatomy
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
@@ -55,10 +55,11 @@ def solve_design(
     """Solve all samples with `workers` processes and write `output`; calls progress(done, failed, total).
 
     A sample without an equilibrium is listed in `failures` and left out; it never stops the run.
-    Raises SolverError when no sample at all was solved.
+    Raises InputError when the folder of `output` does not exist, SolverError when no sample at all was solved.
     """
+    require_folder_of(output)
     folder = _parts_folder(anatomy, design, output)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(exist_ok=True)
     anatomy.save(folder / "anatomy.h5")
     _solve_missing(folder, design, workers, progress)
     snapshots = _gather(anatomy, design, folder)

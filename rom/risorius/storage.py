@@ -21,8 +21,7 @@ TEXT = h5py.string_dtype()
 @contextmanager
 def replaced_when_complete(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`; rename it to `path` on success, remove it on any failure."""
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; create it or choose another place")
+    require_folder_of(path)
     partial = path.with_name(path.name + f".{os.getpid()}.part")
     try:
         yield partial
@@ -31,6 +30,12 @@ def replaced_when_complete(path: Path) -> Iterator[Path]:
         raise Error(f"{path}: could not be written ({error}); free some space or choose another place") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def require_folder_of(path: Path) -> None:
+    """Raise InputError when the folder of an output does not exist: better before the work than after it."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; create it or choose another place")
 
 
 @contextmanager

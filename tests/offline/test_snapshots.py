@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from risorius.errors import SolverError
+from risorius.errors import InputError, SolverError
 from risorius.inputs import InputTable
 from risorius.mechanics.material import Yeoh
 from risorius.snapshot_file import SnapshotSet
@@ -85,3 +85,9 @@ def test_a_run_in_which_nothing_can_be_solved_says_so(anatomy, tmp_path):
     impossible = SamplingDesign(np.array([[np.nan]]), np.array([False]))
     with pytest.raises(SolverError, match=r"none of the 1 snapshots could be solved; the first: no equilibrium"):
         solve_design(anatomy, impossible, tmp_path / "s.h5", 1, lambda *_: None)
+
+
+def test_a_missing_output_folder_is_named_before_anything_is_solved(anatomy, tmp_path):
+    with pytest.raises(InputError, match=r"the folder .*nowhere does not exist; create it"):
+        solve_design(anatomy, levels(1.0), tmp_path / "nowhere" / "s.h5", 1, lambda *_: None)
+    assert not list(tmp_path.iterdir())
