@@ -13,7 +13,8 @@ import numpy as np
 
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
-from risorius_offline.full_model import FullModel, NotPositiveDefiniteError
+from risorius_offline.full_model import FullModel
+from risorius_offline.linear_solver import NotPositiveDefiniteError
 
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6

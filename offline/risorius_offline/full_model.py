@@ -12,10 +12,8 @@ from risorius.jaw import FloatArray
 from risorius.mechanics import elements
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation, IntArray
-from risorius_offline.linear_solver import SOLVERS, LinearSolver, NotPositiveDefiniteError, default_solver
+from risorius_offline.linear_solver import SOLVERS, LinearSolver, default_solver
 from risorius_offline.muscles.polyline_fibres import fibre_points
-
-__all__ = ["FullModel", "NotPositiveDefiniteError"]
 
 # The film on the skin is neo-Hookean without a volumetric part: its barrier keeps J > 0 on every triangle of the skin.
 BARRIER_ONLY = np.array([1.0, 0.0, 0.0])
@@ -33,11 +31,16 @@ class FullModel:
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._mean_dilatation = mean_dilatation
         self._solver_name = solver or default_solver()
-        volume = np.array([material.coefficients for material in anatomy.materials])
-        self._coefficients = [volume[block.cells.layer] for block in self.discretisation.volumes]
-        self._coefficients += [volume[block.cells.layer] * BARRIER_ONLY for block in self.discretisation.films]
+        by_layer = np.array([material.coefficients for material in anatomy.materials])
+        coefficients = [by_layer[block.cells.layer] for block in self.discretisation.volumes]
+        coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in self.discretisation.films]
         self._fibres = self._fibre_operator()
         self._active = [np.zeros((*block.weights.shape, 6)) for block in self.discretisation.blocks]
+        # What every kernel takes after the displacement, block by block; `set_parameters` fills the active tensors.
+        self._integrands = [
+            (block.cells.connectivity, block.gradients, block.weights, *fields)
+            for block, *fields in zip(self.discretisation.blocks, coefficients, self._active, strict=True)
+        ]
         self._values = np.zeros(self.discretisation.pattern.nnz)
         prescribed = anatomy.skull | anatomy.jaw
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
@@ -79,21 +82,8 @@ class FullModel:
     def tangent(self, u: FloatArray, *, project: bool = False) -> FloatArray:
         """Values of the tangent in `discretisation.pattern` (a buffer that the next call overwrites)."""
         self._values[:] = 0.0
-        for block, scatter, coefficients, active in zip(
-            self.discretisation.blocks, self.discretisation.scatter, self._coefficients, self._active, strict=True
-        ):
-            elements.tangent(
-                u,
-                block.cells.connectivity,
-                block.gradients,
-                block.weights,
-                coefficients,
-                active,
-                self._mean_dilatation,
-                project,
-                scatter,
-                self._values,
-            )
+        for integrand, scatter in zip(self._integrands, self.discretisation.scatter, strict=True):
+            elements.tangent(u, *integrand, self._mean_dilatation, project, scatter, self._values)
         return self._values
 
     def factorise(self, values: FloatArray) -> None:
@@ -154,19 +144,9 @@ class FullModel:
     def _integrate(self, u: FloatArray, forces: FloatArray | None) -> tuple[float, float]:
         total, smallest = 0.0, np.inf
         target = np.empty((0, 3)) if forces is None else forces
-        for block, coefficients, active in zip(
-            self.discretisation.blocks, self._coefficients, self._active, strict=True
-        ):
+        for integrand in self._integrands:
             energy, lowest = elements.energy_and_forces(
-                u,
-                block.cells.connectivity,
-                block.gradients,
-                block.weights,
-                coefficients,
-                active,
-                self._mean_dilatation,
-                forces is not None,
-                target,
+                u, *integrand, self._mean_dilatation, forces is not None, target
             )
             total, smallest = total + energy, min(smallest, lowest)
         return total, smallest

@@ -70,11 +70,7 @@ def solve_design(
 
 def _parts_folder(anatomy: Anatomy, design: SamplingDesign, output: Path) -> Path:
     """Folder of the finished samples; its name holds what they depend on, so that foreign ones are never taken."""
-    digest = hashlib.sha256(
-        anatomy.points.tobytes() + design.parameters.tobytes() + repr((anatomy.materials, anatomy.epidermis)).encode()
-    )
-    for muscle in anatomy.muscles:
-        digest.update(repr((muscle.name, muscle.radius, muscle.max_stress)).encode())
+    digest = hashlib.sha256(anatomy.checksum().encode() + design.parameters.tobytes())
     return output.with_name(f"{output.name}.parts-{digest.hexdigest()[:12]}")
 
 

@@ -50,8 +50,8 @@ def writing(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
 
 
 @contextmanager
-def reading(path: Path, schema: str, version: int, *, verify: bool = True) -> Iterator[h5py.File]:
-    """Open an HDF5 file after checking schema, version, units and, unless told otherwise, the checksum.
+def reading(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
+    """Open an HDF5 file after checking schema, version, units and checksum.
 
     Raises FileFormatError that says what the file is instead, also for a field that turns out to be missing.
     """
@@ -72,7 +72,7 @@ def reading(path: Path, schema: str, version: int, *, verify: bool = True) -> It
             )
         if file.attrs.get("units") != UNITS:
             raise FileFormatError(f"{path}: units {file.attrs.get('units')!r}, expected {UNITS!r}; make the file anew")
-        if verify and file.attrs.get("sha256") != content_checksum(file):
+        if file.attrs.get("sha256") != content_checksum(file):
             raise FileFormatError(f"{path}: checksum differs, the content was damaged; make or copy the file again")
         try:
             yield file

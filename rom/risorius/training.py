@@ -77,7 +77,7 @@ def _project(snapshots: SnapshotSet, rank: int) -> _ModalData:
         lifts = np.stack([snapshots.jaw.lift_coordinates(p[-3:]) for p in snapshots.parameters])
         fluctuations -= np.tensordot(lifts, snapshots.lift_fields, axes=1)
     modes, _ = pod(fluctuations[~snapshots.held_out], snapshots.nodal_volumes, rank)
-    # One unit of a coordinate moves the tissue by some metres of its root mean square: scale to millimetres.
+    # One unit of a coordinate is a root mean square displacement of 1 mm.
     modes *= 1e-3 * np.sqrt(snapshots.nodal_volumes.sum())
     squared = float(1e-6 * snapshots.nodal_volumes.sum())
     coordinates = np.einsum("sni,n,rni->sr", fluctuations, snapshots.nodal_volumes, modes, optimize=True) / squared

@@ -122,6 +122,10 @@ def stretch(mesh):
     mesh.points *= 1000.0
 
 
+def number_layers(mesh):
+    mesh.cell_data["layer"] = [np.arange(len(mesh.cells[0].data)) % 3]
+
+
 def spoil(mesh):
     mesh.points[7, 1] = np.nan
 
@@ -134,6 +138,7 @@ def spoil(mesh):
         (invert, r"face.vtu: 1 hexahedron cell\(s\) are inverted or flat, first cell 5"),
         (stretch, r"face.vtu: the mesh is 1.4e\+05 mm wide, a face is 0.1 to 0.4 m; correct 'units'"),
         (spoil, r"face.vtu: node 7 is not finite"),
+        (number_layers, r"face.vtu: cell data 'layer' runs from 0 to 2, muscles.json has 1 material\(s\); number"),
     ],
 )
 def test_bad_mesh_is_refused_with_file_item_and_remedy(folder, change, message):

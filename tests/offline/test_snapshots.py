@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,22 @@ def test_an_interrupted_run_goes_on_where_it_was(anatomy, tmp_path):
     resumed = solve_design(anatomy, plan, tmp_path / "s.h5", 2, lambda *_: None)
     fresh = solve_design(anatomy, plan, tmp_path / "fresh.h5", 2, lambda *_: None)
     np.testing.assert_allclose(resumed.displacements, fresh.displacements, atol=1e-9)  # a nanometre
+
+
+def test_finished_samples_of_another_anatomy_are_never_taken(anatomy, tmp_path):
+    """A fibre line that moved is another anatomy, though nodes, materials and design are the same."""
+    (muscle,) = anatomy.muscles
+    moved = replace(anatomy, muscles=(replace(muscle, polylines=(muscle.polylines[0] + [0.0, 0.004, 0.0],)),))
+
+    def interrupt(done, failed, total):
+        if done >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        solve_design(anatomy, levels(1.0, 0.5), tmp_path / "s.h5", 1, interrupt)
+    ours = solve_design(moved, levels(1.0, 0.5), tmp_path / "s.h5", 1, lambda *_: None)
+    exact = EquilibriumSolver(FullModel(moved), tolerance=1e-11).solve(np.array([1.0])).u
+    np.testing.assert_allclose(ours.displacements[0], exact, atol=1e-6 * np.abs(exact).max())
 
 
 def test_every_point_of_every_snapshot_keeps_its_orientation(tmp_path):

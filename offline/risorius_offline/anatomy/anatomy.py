@@ -82,6 +82,12 @@ class Anatomy:
         with storage.reading(Path(path), SCHEMA, SCHEMA_VERSION) as file:
             return cls.read(file)
 
+    def checksum(self) -> str:
+        """SHA-256 over all that the anatomy file holds."""
+        with h5py.File("anatomy", "w", driver="core", backing_store=False) as memory:
+            self.write(memory)
+            return storage.content_checksum(memory)
+
     def write(self, group: h5py.Group) -> None:
         """Store all fields in an HDF5 group."""
         group.attrs["name"] = self.name

@@ -42,6 +42,7 @@ def import_folder(folder: Path) -> Anatomy:
         )
     check_size(points, muscle_file.units, mesh_path.name)
     cells = _cells(mesh, mesh_path, points)
+    _check_layers(cells, len(muscle_file.layer_materials), mesh_path)
     flags = {name: np.asarray(values).ravel() != 0 for name, values in mesh.point_data.items()}
     skull = _flag(flags, SKULL_FLAG, mesh_path)
     bones = {path.stem: _bone(path, frame) for path in sorted(folder.iterdir()) if path.suffix in SURFACE_SUFFIXES}
@@ -106,6 +107,16 @@ def _cells(mesh: meshio.Mesh, path: Path, points: FloatArray) -> tuple[CellBlock
         except InputError as error:
             raise InputError(f"{path.name}: {error}") from error
     return tuple(blocks)
+
+
+def _check_layers(cells: tuple[CellBlock, ...], materials: int, path: Path) -> None:
+    """Raise InputError for a layer number without a material."""
+    for block in cells:
+        if block.layer.min() < 0 or block.layer.max() >= materials:
+            raise InputError(
+                f"{path.name}: cell data 'layer' runs from {block.layer.min()} to {block.layer.max()}, "
+                f"muscles.json has {materials} material(s); number layers from 0 and give each a material"
+            )
 
 
 def _flag(flags: dict[str, npt.NDArray[np.bool_]], name: str, path: Path) -> npt.NDArray[np.bool_]:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from risorius_offline.commands.installed import require_offline
+
+if TYPE_CHECKING:
+    from risorius.snapshot_file import SnapshotSet
 
 DEFAULT_COUNT, DEFAULT_HELD_OUT = 120, 24
 
@@ -30,8 +33,8 @@ def snapshots(
     solve(source, output, count, held_out, workers, seed)
 
 
-def solve(source: str, output: Path, count: int, held_out: int, workers: int, seed: int) -> None:
-    """Solve and write snapshots of a source, with a progress bar; failed samples are listed at the end."""
+def solve(source: str, output: Path, count: int, held_out: int, workers: int, seed: int) -> SnapshotSet:
+    """Solve, write and return snapshots of a source, with a progress bar; failed samples are listed at the end."""
     require_offline("solving snapshots")
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -62,3 +65,4 @@ def solve(source: str, output: Path, count: int, held_out: int, workers: int, se
     for failure in result.failures:
         console.print(f"not solved: {failure}", markup=False)
     console.print(f"{output}: {len(result.parameters)} snapshots, {len(result.failures)} not solved", markup=False)
+    return result

@@ -29,11 +29,9 @@ def train(
     seed: Seed = 0,
 ) -> None:
     """Solve snapshots and train a reduced model. The snapshots are kept beside the model, as MODEL.snapshots.h5."""
-    from risorius.snapshot_file import SnapshotSet
     from risorius.training import reduce_snapshots
 
     kept = output.with_suffix(".snapshots.h5")
-    solve(source, kept, count, held_out, workers, seed)
-    model = reduce_snapshots(SnapshotSet.load(kept), rank)
+    model = reduce_snapshots(solve(source, kept, count, held_out, workers, seed), rank)
     model.save(output)
     typer.echo(describe(model, output))
