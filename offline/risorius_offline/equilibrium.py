@@ -155,7 +155,7 @@ class EquilibriumSolver:
             report.factorisations += 1
             report.projections += project
             try:
-                self.model.factorise(self.model.tangent(u, project=project))
+                self.model.factorise(u, project=project)
                 return True
             except NotPositiveDefiniteError:
                 continue
@@ -164,19 +164,17 @@ class EquilibriumSolver:
     def _line_search(self, u: FloatArray, direction: FloatArray, energy: float, slope: float) -> FloatArray | None:
         if slope >= 0.0:
             return None
-        length = 1.0
+        length = self.model.largest_step(u, direction)
         while length >= SMALLEST_STEP_LENGTH:
             trial = u + length * direction
-            reached, _ = self.model.energy(trial)
+            reached = self.model.energy(trial)
             if np.isfinite(reached) and reached <= energy + ARMIJO * length * slope + ENERGY_PRECISION * abs(energy):
                 return trial
             length *= 0.5
         return None
 
     def _relative_residual(self, gradient: FloatArray, forces: FloatArray, parameters: FloatArray) -> float:
-        active = self.model.muscle_forces @ parameters[: self.model.muscle_count]
-        reactions = forces.reshape(-1)[self.model.prescribed]
-        scale = float(np.hypot(np.linalg.norm(active), np.linalg.norm(reactions)))
+        scale = self.model.force_scale(forces, parameters)
         norm = float(np.linalg.norm(gradient))
         return norm / scale if scale > 0.0 else norm
 

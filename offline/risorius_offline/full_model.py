@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -9,39 +10,36 @@ import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
-from risorius.mechanics import elements
 from risorius_offline.anatomy.anatomy import Anatomy
-from risorius_offline.discretisation import Discretisation, IntArray
-from risorius_offline.linear_solver import SOLVERS, LinearSolver, default_solver
+from risorius_offline.discretisation import Discretisation
+from risorius_offline.effects import Effect, NodeBlocks
+from risorius_offline.linear_solver import SOLVERS, default_solver
 from risorius_offline.muscles.polyline_fibres import fibre_points
-
-# The film on the skin is neo-Hookean without a volumetric part: its barrier keeps J > 0 on every triangle of the skin.
-BARRIER_ONLY = np.array([1.0, 0.0, 0.0])
+from risorius_offline.tangent_system import TangentSystem
+from risorius_offline.tissue import Tissue
 
 
 class FullModel:
     """Finite elements of an anatomy. Displacements are (n, 3) in metres, parameters (p,) as in `Anatomy.inputs`.
 
-    mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
-    locking. solver: a name in `linear_solver.SOLVERS`.
+    effects: further terms of the energy. mean_dilatation: volume terms on the element's mean J, which keeps hexahedra,
+    wedges and quadratic tetrahedra from locking. solver: a name in `linear_solver.SOLVERS`.
     """
 
-    def __init__(self, anatomy: Anatomy, *, mean_dilatation: bool = True, solver: str | None = None) -> None:
+    def __init__(
+        self,
+        anatomy: Anatomy,
+        effects: Sequence[Effect] = (),
+        *,
+        mean_dilatation: bool = True,
+        solver: str | None = None,
+    ) -> None:
         self.anatomy = anatomy
+        self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
-        self._mean_dilatation = mean_dilatation
         self._solver_name = solver or default_solver()
-        by_layer = np.array([material.coefficients for material in anatomy.materials])
-        coefficients = [by_layer[block.cells.layer] for block in self.discretisation.volumes]
-        coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in self.discretisation.films]
         self._fibres = self._fibre_operator()
-        self._active = [np.zeros((*block.weights.shape, 6)) for block in self.discretisation.blocks]
-        # What every kernel takes after the displacement, block by block; `set_parameters` fills the active tensors.
-        self._integrands = [
-            (block.cells.connectivity, block.gradients, block.weights, *fields)
-            for block, *fields in zip(self.discretisation.blocks, coefficients, self._active, strict=True)
-        ]
-        self._values = np.zeros(self.discretisation.pattern.nnz)
+        self.tissue = Tissue(self.discretisation, anatomy.materials, self._fibres, mean_dilatation)
         prescribed = anatomy.skull | anatomy.jaw
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
@@ -52,12 +50,10 @@ class FullModel:
         return len(self.anatomy.muscles)
 
     def set_parameters(self, parameters: FloatArray) -> None:
-        """Make muscle activations (the leading parameters) act in all later calls."""
-        stress = self._fibres @ parameters[: self.muscle_count]
-        start = 0
-        for active in self._active[: len(self.discretisation.volumes)]:
-            active[:] = stress[start : start + active.size].reshape(active.shape)
-            start += active.size
+        """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
+        self.tissue.set_activations(parameters[: self.muscle_count])
+        for effect in self.effects:
+            effect.set_parameters(parameters)
 
     def prescribed_motion(self, parameters: FloatArray) -> FloatArray:
         """Displacement (n, 3) of all bone nodes, zero elsewhere, for the jaw weights in the parameters."""
@@ -69,37 +65,54 @@ class FullModel:
             u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
         return u
 
-    def energy(self, u: FloatArray) -> tuple[float, float]:
-        """Energy (J) and smallest J of a displacement; the energy is infinite where J <= 0."""
-        return self._integrate(u, None)
+    def energy(self, u: FloatArray) -> float:
+        """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
+        total, _ = self.tissue.energy(u)
+        for effect in self.effects:
+            if np.isfinite(total):
+                total += effect.energy(u)
+        return total
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
-        """Energy, smallest J and internal plus active nodal forces (n, 3) in newtons."""
+        """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
-        energy, smallest = self._integrate(u, forces)
-        return energy, smallest, forces
+        total, smallest = self.tissue.add_forces(u, forces)
+        for effect in self.effects:
+            total += effect.add_forces(u, forces)
+        return total, smallest, forces
 
-    def tangent(self, u: FloatArray, *, project: bool = False) -> FloatArray:
-        """Values of the tangent in `discretisation.pattern` (a buffer that the next call overwrites)."""
-        self._values[:] = 0.0
-        for integrand, scatter in zip(self._integrands, self.discretisation.scatter, strict=True):
-            elements.tangent(u, *integrand, self._mean_dilatation, project, scatter, self._values)
-        return self._values
+    def tangent(self, u: FloatArray, *, project: bool = False) -> tuple[FloatArray, list[NodeBlocks]]:
+        """Second derivatives of the energy: values in `discretisation.pattern` (overwritten by the next call), blocks.
 
-    def factorise(self, values: FloatArray) -> None:
-        """Factorise the free part of a tangent; raises NotPositiveDefiniteError."""
-        self.linear_solver.factorise(values[self._free_positions])
+        With `project` both are made of positive semi-definite pieces.
+        """
+        return self.tissue.tangent(u, project=project), [
+            effect.second_derivatives(u, project=project) for effect in self.effects
+        ]
+
+    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
+        """Factorise the free part of the tangent at u; raises NotPositiveDefiniteError."""
+        self.system.factorise(*self.tangent(u, project=project))
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
-        return self.linear_solver.solve(right_hand_side)
+        return self.system.solve(right_hand_side)
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
+        return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
+
+    def force_scale(self, forces: FloatArray, parameters: FloatArray) -> float:
+        """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
+        active = self.muscle_forces @ parameters[: self.muscle_count]
+        return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
 
     @cached_property
-    def linear_solver(self) -> LinearSolver:
-        """The sparse solver, analysed once for the free pattern."""
+    def system(self) -> TangentSystem:
+        """The sparse system, analysed once for the free pattern."""
         if self._solver_name not in SOLVERS:
             raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
-        return SOLVERS[self._solver_name](self._free_pattern)
+        return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name])
 
     @cached_property
     def muscle_forces(self) -> FloatArray:
@@ -123,8 +136,8 @@ class FullModel:
         if motion is None:
             return np.zeros((0, *self.anatomy.points.shape))
         self.set_parameters(np.zeros(len(self.anatomy.inputs.parameters)))
-        values = self.tangent(np.zeros_like(self.anatomy.points))
-        self.factorise(values)
+        values = self.tissue.tangent(np.zeros_like(self.anatomy.points))
+        self.system.factorise(values, [])
         pattern = self.discretisation.pattern
         upper = sp.csr_matrix((values.copy(), pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
@@ -140,16 +153,6 @@ class FullModel:
             gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
             values.append(np.linalg.det(gradient + np.eye(3)).ravel())
         return np.concatenate(values)
-
-    def _integrate(self, u: FloatArray, forces: FloatArray | None) -> tuple[float, float]:
-        total, smallest = 0.0, np.inf
-        target = np.empty((0, 3)) if forces is None else forces
-        for integrand in self._integrands:
-            energy, lowest = elements.energy_and_forces(
-                u, *integrand, self._mean_dilatation, forces is not None, target
-            )
-            total, smallest = total + energy, min(smallest, lowest)
-        return total, smallest
 
     def _fibre_operator(self) -> sp.csr_matrix:
         """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
@@ -168,15 +171,3 @@ class FullModel:
             columns.append(np.full(6 * len(inside), number))
         entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
         return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))
-
-    @cached_property
-    def _free_pattern(self) -> sp.csr_matrix:
-        pattern = self.discretisation.pattern
-        numbered = sp.csr_matrix((np.arange(1.0, pattern.nnz + 1), pattern.indices, pattern.indptr), pattern.shape)
-        free = numbered[self.free][:, self.free]
-        free.sort_indices()
-        return free
-
-    @cached_property
-    def _free_positions(self) -> IntArray:
-        return self._free_pattern.data.astype(np.int64) - 1

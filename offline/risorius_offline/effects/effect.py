@@ -1,0 +1,48 @@
+"""What an effect is: energy, forces, second derivatives, and how far a step may go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from risorius.jaw import FloatArray
+from risorius_offline.discretisation import IntArray
+
+
+@dataclass(frozen=True)
+class NodeBlocks:
+    """Dense symmetric second derivatives between few nodes: nodes (k, m), matrices (k, 3 m, 3 m) in N/m."""
+
+    nodes: IntArray
+    matrices: FloatArray
+
+    @classmethod
+    def none(cls) -> NodeBlocks:
+        """No second derivatives at all."""
+        return cls(np.zeros((0, 1), dtype=np.int64), np.zeros((0, 3, 3)))
+
+
+class Effect(Protocol):
+    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
+
+    def set_parameters(self, parameters: FloatArray) -> None:
+        """Take the parameters (p,), muscle activations and then jaw weights, for all later calls."""
+        ...
+
+    def energy(self, u: FloatArray) -> float:
+        """Joules; infinite where u is not admissible."""
+        ...
+
+    def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
+        """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
+        ...
+
+    def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
+        """Second derivatives of the energy; with `project` every block is positive semi-definite."""
+        ...
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Fraction in (0, 1] of `direction` (n, 3) that stays admissible all along."""
+        ...
