@@ -41,6 +41,7 @@ class FullModel:
         self._fibres = self._fibre_operator()
         self.tissue = Tissue(self.discretisation, anatomy.materials, self._fibres, mean_dilatation)
         prescribed = anatomy.skull | anatomy.jaw
+        self._activations = np.zeros(self.muscle_count)
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
 
@@ -51,7 +52,8 @@ class FullModel:
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
-        self.tissue.set_activations(parameters[: self.muscle_count])
+        self._activations = parameters[: self.muscle_count]
+        self.tissue.set_activations(self._activations)
         for effect in self.effects:
             effect.set_parameters(parameters)
 
@@ -102,9 +104,9 @@ class FullModel:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
 
-    def force_scale(self, forces: FloatArray, parameters: FloatArray) -> float:
+    def force_scale(self, forces: FloatArray) -> float:
         """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
-        active = self.muscle_forces @ parameters[: self.muscle_count]
+        active = self.muscle_forces @ self._activations
         return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
 
     @cached_property
