@@ -13,7 +13,7 @@ from risorius.mechanics import elements
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation, IntArray
 from risorius_offline.linear_solver import SOLVERS, LinearSolver, default_solver
-from risorius_offline.muscles.polyline_fibres import fibre_points
+from risorius_offline.muscles.assembly import active_tensors
 
 # The film on the skin is neo-Hookean without a volumetric part: its barrier keeps J > 0 on every triangle of the skin.
 BARRIER_ONLY = np.array([1.0, 0.0, 0.0])
@@ -34,7 +34,7 @@ class FullModel:
         by_layer = np.array([material.coefficients for material in anatomy.materials])
         coefficients = [by_layer[block.cells.layer] for block in self.discretisation.volumes]
         coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in self.discretisation.films]
-        self._fibres = self._fibre_operator()
+        self._fibres = active_tensors(self.discretisation, anatomy.muscles)
         self._active = [np.zeros((*block.weights.shape, 6)) for block in self.discretisation.blocks]
         # What every kernel takes after the displacement, block by block; `set_parameters` fills the active tensors.
         self._integrands = [
@@ -150,24 +150,6 @@ class FullModel:
             )
             total, smallest = total + energy, min(smallest, lowest)
         return total, smallest
-
-    def _fibre_operator(self) -> sp.csr_matrix:
-        """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
-        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.volumes])
-        rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
-        for number, muscle in enumerate(self.anatomy.muscles):
-            inside, t = fibre_points(positions, muscle.polylines, muscle.radius)
-            if not len(inside):
-                raise InputError(
-                    f"muscle {muscle.name!r} has no tissue within its radius of {1e3 * muscle.radius:g} mm; "
-                    "check its coordinates, its units or give a larger radius"
-                )
-            x, y, z = t.T
-            values.append(muscle.max_stress * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1).ravel())
-            rows.append((6 * inside[:, None] + np.arange(6)).ravel())
-            columns.append(np.full(6 * len(inside), number))
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))
 
     @cached_property
     def _free_pattern(self) -> sp.csr_matrix:
