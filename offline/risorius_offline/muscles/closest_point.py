@@ -17,12 +17,12 @@ ITERATIONS = 20
 
 
 def closest_parameters(
-    points: FloatArray, curve: Curve, samples: FloatArray, reach: float
+    points: FloatArray, curve: Curve, samples: FloatArray, bounds: tuple[float, float], reach: float
 ) -> tuple[IntArray, FloatArray]:
     """Numbers (k,) of the points (n, 3) that may lie within `reach` of the curve, and the closest parameters (k,).
 
-    samples (m,): parameters, ends included, that are dense against the curve's bends; the search starts from the
-    nearest sample and never leaves their range. Points up to the spacing of the samples beyond `reach` are kept too.
+    samples (m,): parameters along all of the curve, dense against its bends; the search starts from the nearest one.
+    bounds: least and largest parameter, infinite for a closed curve. Some points beyond `reach` are among those kept.
     """
     positions = curve(samples)[0]
     spacing = float(np.linalg.norm(np.diff(positions, axis=0), axis=1).max())
@@ -37,5 +37,5 @@ def closest_parameters(
         exact = curvature + np.einsum("ki,ki->k", offset, second)
         # Beyond the centre of curvature the distance has no minimum to aim for; the Gauss-Newton step still descends.
         step = slope / np.where(exact > 0.1 * curvature, exact, curvature)
-        t = np.clip(t - step, samples[0], samples[-1])
+        t = np.clip(t - step, *bounds)
     return near, t

@@ -54,9 +54,8 @@ class Ellipse:
 
         Raises InputError where there are none.
         """
-        # One turn and a quarter to either side: the search may run over the seam.
-        samples = np.linspace(-0.25, 1.25, SAMPLES) * 2.0 * np.pi
-        near, angle = closest_parameters(positions, self.curve, samples, radius)
+        samples = np.linspace(0.0, 2.0 * np.pi, SAMPLES)
+        near, angle = closest_parameters(positions, self.curve, samples, (-np.inf, np.inf), radius)
         inside = np.linalg.norm(self.curve(angle)[0] - positions[near], axis=1) <= radius
         if not inside.any():
             raise InputError(no_tissue(radius))

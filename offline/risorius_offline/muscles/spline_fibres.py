@@ -59,7 +59,7 @@ class SplineFibres:
         tangent = np.zeros_like(positions)
         for spline in self.splines:
             samples = np.linspace(0.0, 1.0, SAMPLES_PER_SPAN * len(spline.c) + 1)
-            near, t = closest_parameters(positions, _curve(spline), samples, self.radius)
+            near, t = closest_parameters(positions, _curve(spline), samples, (0.0, 1.0), self.radius)
             distance = np.linalg.norm(spline(t) - positions[near], axis=1)
             radius = self.origin_radius + (self.insertion_radius - self.origin_radius) * t
             closer = (distance <= radius) & (distance < best[near])
