@@ -52,8 +52,8 @@ def test_active_stress_of_a_straight_bar_pulls_its_ends_together_with_stress_tim
     np.testing.assert_allclose(gradient[inner], 0.0, atol=1e-12 * pull)
 
 
-def test_force_density_of_twice_the_stress_by_the_length_shortens_a_bar_as_much_as_the_stress():
-    """A bar fixed at its origin: its end moves by T L / E, or by lambda L^2 / (2 E), as both have the same moment."""
+def test_force_density_of_twice_the_stress_by_the_length_does_the_work_of_the_stress_on_a_bar():
+    """In a uniform stretch, u = x: lambda A L^2 / 2 against T A L. By Betti's theorem both shorten a bar by T L / E."""
     discretisation, region = bar("hexahedron")
     stress, length = 20e3, LENGTH
     density = Muscle("density", LaplaceFibres(region), ForceDensity(2.0 * stress / length))

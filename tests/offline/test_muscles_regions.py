@@ -140,6 +140,12 @@ def without_cells(region, discretisation):
     return replace(region, cells={"wedge": np.array([0])})
 
 
+def pinched(region, discretisation):
+    """Two columns of cells that share an edge."""
+    _, y, z = volume_positions(discretisation).reshape(-1, 8, 3).mean(axis=1).T
+    return replace(region, cells={"hexahedron": np.flatnonzero((y < 0.004) == (z < 0.003))})
+
+
 @pytest.mark.parametrize("construction", CONSTRUCTIONS)
 @pytest.mark.parametrize(
     ("spoil", "message"),
@@ -147,11 +153,12 @@ def without_cells(region, discretisation):
         (without_face, r"no face of its region's surface has all its nodes in the insertion; mark the nodes of whole"),
         (touching, r"its origin and insertion share 3 node\(s\), first 0; part them"),
         (cut_in_two, r"the part of its region around node \d+ has no origin; mark one or leave the part out"),
+        (pinched, r"its region is pinched to a point or an edge at node \d+; add cells around it"),
         (without_cells, r"its region has no cells; mark the muscle's cells"),
     ],
 )
 def test_bad_region_is_refused_with_item_and_remedy(construction, spoil, message):
-    discretisation, region = bar("hexahedron")
+    discretisation, region = bar("hexahedron", distortion=0.0)
     with pytest.raises(InputError, match=message):
         construction(spoil(region, discretisation)).field(discretisation)
 
