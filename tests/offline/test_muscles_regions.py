@@ -49,6 +49,13 @@ def test_fibres_of_a_straight_bar_are_exactly_straight_on_a_distorted_mesh(cell_
     np.testing.assert_allclose(field.directions, np.tile([-1.0, 0.0, 0.0], (len(field.points), 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize("construction", CONSTRUCTIONS)
+def test_a_region_one_cell_long_has_fibres_though_no_node_is_free(construction):
+    discretisation, region = bar("hexahedron", cells=(1, 2, 2), distortion=0.0)
+    directions = construction(region).field(discretisation).directions
+    np.testing.assert_allclose(directions, np.tile([-1.0, 0.0, 0.0], (len(directions), 1)), atol=1e-12)
+
+
 def arc_directions(discretisation):
     positions = volume_positions(discretisation)
     angle = np.arctan2(positions[:, 1], positions[:, 0])

@@ -15,6 +15,8 @@ def constrained_minimum(stiffness: sp.csr_matrix, prescribed: FloatArray, admiss
 
     stiffness: K (n, n). prescribed: (n,). admissible: (n, m), columns that span the variations left free.
     """
+    if not admissible.shape[1]:
+        return prescribed
     reduced = (admissible.T @ stiffness @ admissible).tocsr()
     upper = sp.triu(reduced, format="csr")
     upper.sort_indices()

@@ -1,11 +1,11 @@
 """Fibres as an elastic test deformation of the muscle, (7.7): pushed in at the insertion, drawn out at the origin.
 
 As printed, (7.7) holds the whole capsule, tau = 0. Its solution then is no bundle of parallel fibres: next to the ends
-the flow turns from the flat profile of the data to one that vanishes on the capsule, and between them it decays in
-eddies. On the nested cylinders (Figure 7.7) tau leaves the axis by up to 14 degrees at nu = 0 to 0.3 and by 9 to 10 at
-nu = 0.45 to 0.499, at 38 to 89 % of all points by more than one, so no treatment of the rim alone can mend it. A
-capsule that no fibre crosses, but along which tissue slides, gives what the seed shows: axial fibres, exactly. It is
-the default; the condition as printed remains by name.
+the flow turns from the flat profile of the data to one that vanishes on the capsule, and decays between them. On the
+nested cylinders (Figure 7.7) tau leaves the axis by up to 14 degrees at nu = 0 to 0.3 and by 9 to 10 at nu = 0.45 to
+0.499, at 38 to 89 % of all points by more than one, so no treatment of the rim alone can mend it. A capsule that no
+fibre crosses, but along which tissue slides, gives what the seed shows: axial fibres, exactly. It is the default; the
+condition as printed remains by name.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ import scipy.sparse as sp
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import Discretisation, IntArray
+from risorius_offline.muscles.areas import Area
 from risorius_offline.muscles.constrained_minimum import assembled, constrained_minimum
 from risorius_offline.muscles.fibres import FibreField, InsertionEnd
-from risorius_offline.muscles.region import Area, Region, normalised
+from risorius_offline.muscles.region import Region, normalised
 
 Capsule: TypeAlias = Literal["sliding", "fixed"]
 
@@ -35,7 +36,7 @@ class DeformationFibres:
 
     and on the capsule tau . n = 0 without shear traction (`sliding`), or tau = 0 (`fixed`). The ends' values hold on
     their rims too, where they meet the capsule.
-    poisson: nu in [0, 0.5); a larger one lets the fibres fan out and close up more evenly.
+    poisson: nu in [0, 0.5), a slight control on the directions.
     """
 
     region: Region

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +16,9 @@ from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import Discretisation, IntArray
 from risorius_offline.elements import ReferenceElement
+from risorius_offline.muscles.areas import Area, outer_faces
 from risorius_offline.muscles.fibres import FibreField, InsertionEnd
 
-NODES_PER_FACE = 6  # of the largest face, a quadratic triangle; smaller ones are padded with -1
 NEGLIGIBLE = 1e-6  # a vector this small against the largest of its field has no direction to speak of
 
 
@@ -35,18 +34,6 @@ class RegionBlock:
     weights: FloatArray
     shapes: FloatArray
     points: IntArray
-
-
-@dataclass(frozen=True)
-class Area:
-    """Faces of a region's surface: their nodes (k,) with unit outward normals (k, 3), averaged over the faces of this
-    area only; its vector (3,), the integral of the normal, m^2; its centroid (3,).
-    """
-
-    nodes: IntArray
-    normals: FloatArray
-    vector: FloatArray
-    centroid: FloatArray
 
 
 @dataclass(frozen=True)
@@ -96,7 +83,7 @@ class Region:
         Raises InputError for an area without a face, areas that touch, and a part of the region without one of them.
         """
         blocks = self.blocks(discretisation)
-        faces = _surface(blocks)
+        faces = outer_faces([(block.element, block.connectivity) for block in blocks])
         at_origin, at_insertion = (
             (np.isin(faces, nodes) | (faces < 0)).all(axis=1) for nodes in (self.origin, self.insertion)
         )
@@ -105,12 +92,8 @@ class Region:
                 raise InputError(
                     f"no face of its region's surface has all its nodes in the {name}; mark the nodes of whole faces"
                 )
-        found = Areas(
-            *(
-                _area(faces[chosen], discretisation.points)
-                for chosen in (at_origin, at_insertion, ~at_origin & ~at_insertion)
-            )
-        )
+        parts = (at_origin, at_insertion, ~at_origin & ~at_insertion)
+        found = Areas(*(Area.of(faces[chosen], discretisation.points) for chosen in parts))
         shared = np.intersect1d(found.origin.nodes, found.insertion.nodes)
         if len(shared):
             raise InputError(f"its origin and insertion share {len(shared)} node(s), first {shared[0]}; part them")
@@ -134,51 +117,6 @@ class Region:
         """Load what `write` stored."""
         cells = {cell_type: numbers[()] for cell_type, numbers in group["cells"].items()}
         return cls(cells, group["origin"][()], group["insertion"][()])
-
-
-def _surface(blocks: list[RegionBlock]) -> IntArray:
-    """Faces (f, 6) that belong to one cell only: corners outward, then midside nodes, then -1."""
-    faces, keys = [], []
-    for block in blocks:
-        for corners in block.element.faces:
-            nodes = block.connectivity[:, _nodes_on_face(block.element, corners)]
-            faces.append(_padded(nodes, NODES_PER_FACE))
-            keys.append(_padded(np.sort(nodes[:, : len(corners)], axis=1), 4))
-    _, first, count = np.unique(np.concatenate(keys), axis=0, return_index=True, return_counts=True)
-    return np.concatenate(faces)[np.sort(first[count == 1])]
-
-
-def _nodes_on_face(element: ReferenceElement, corners: tuple[int, ...]) -> list[int]:
-    """Local nodes of a face: its corners, then the midside nodes between them."""
-    places = np.asarray(element.nodes, dtype=np.float64)
-    middles = [0.5 * (places[a] + places[b]) for a, b in itertools.combinations(corners, 2)]
-    inner = range(element.corners, len(places))
-    return [*corners, *(i for i in inner if any(np.allclose(places[i], middle) for middle in middles))]
-
-
-def _padded(numbers: IntArray, width: int) -> IntArray:
-    return np.pad(numbers, ((0, 0), (0, width - numbers.shape[1])), constant_values=-1)
-
-
-def _area(faces: IntArray, points: FloatArray) -> Area:
-    # The corners of a face are its first four nodes, or three where the fourth is a midside node or missing.
-    quadrilateral = (faces[:, 3] >= 0) & (faces[:, 4] < 0)
-    corners = np.where(quadrilateral[:, None], faces[:, :4], faces[:, [0, 1, 2, 0]])
-    x = points[corners]
-    vectors = 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    sizes = np.linalg.norm(vectors, axis=1)
-    used = faces >= 0
-    normals = np.zeros_like(points)
-    np.add.at(normals, faces[used], np.repeat(vectors, used.sum(axis=1), axis=0))
-    nodes = np.unique(faces[used])
-    length = np.linalg.norm(normals[nodes], axis=1)
-    if len(nodes) and length.min() <= NEGLIGIBLE * length.max():
-        raise InputError(
-            f"its region is pinched to a point or an edge at node {nodes[length.argmin()]}; add cells around it"
-        )
-    normals = normals[nodes] / length[:, None]
-    middles = np.where(quadrilateral[:, None], x.mean(axis=1), x[:, :3].mean(axis=1))
-    return Area(nodes, normals, vectors.sum(axis=0), sizes @ middles / max(float(sizes.sum()), np.finfo(float).tiny))
 
 
 def _check_parts(blocks: list[RegionBlock], areas: Areas, node_count: int) -> None:
