@@ -12,9 +12,9 @@ from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation
-from risorius_offline.effects import Effect, NodeBlocks
+from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import SOLVERS, default_solver
-from risorius_offline.muscles.polyline_fibres import fibre_points
+from risorius_offline.muscles.assembly import active_tensors, dead_loads
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
 
@@ -38,10 +38,11 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
-        self._fibres = self._fibre_operator()
-        self.tissue = Tissue(self.discretisation, anatomy.materials, self._fibres, mean_dilatation)
+        self._active_tensors = active_tensors(self.discretisation, anatomy.muscles)
+        self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
+        self.tissue = Tissue(self.discretisation, anatomy.materials, self._active_tensors, mean_dilatation)
         prescribed = anatomy.skull | anatomy.jaw
-        self._activations = np.zeros(self.muscle_count)
+        self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
 
@@ -54,6 +55,7 @@ class FullModel:
         """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
         self._activations = parameters[: self.muscle_count]
         self.tissue.set_activations(self._activations)
+        self._dead_load = DeadLoad((self._dead_loads @ self._activations).reshape(-1, 3))
         for effect in self.effects:
             effect.set_parameters(parameters)
 
@@ -69,7 +71,7 @@ class FullModel:
 
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
-        total, _ = self.tissue.energy(u)
+        total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
         for effect in self.effects:
             if np.isfinite(total):
                 total += effect.energy(u)
@@ -79,6 +81,7 @@ class FullModel:
         """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
+        total += self._dead_load.add_forces(u, forces)
         for effect in self.effects:
             total += effect.add_forces(u, forces)
         return total, smallest, forces
@@ -119,11 +122,11 @@ class FullModel:
     @cached_property
     def muscle_forces(self) -> FloatArray:
         """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
-        columns = np.zeros((self.discretisation.dof_count, self.muscle_count))
+        columns = -self._dead_loads
         start = 0
         for block in self.discretisation.volumes:
             size = block.weights.size * 6
-            fibres = self._fibres[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
+            fibres = self._active_tensors[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
             full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
             nodal = np.einsum("eq,eqijm,eqaj->eaim", block.weights, full, block.gradients, optimize=True)
             dofs = 3 * block.cells.connectivity[:, :, None] + np.arange(3)
@@ -155,21 +158,3 @@ class FullModel:
             gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
             values.append(np.linalg.det(gradient + np.eye(3)).ravel())
         return np.concatenate(values)
-
-    def _fibre_operator(self) -> sp.csr_matrix:
-        """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
-        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.volumes])
-        rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
-        for number, muscle in enumerate(self.anatomy.muscles):
-            inside, t = fibre_points(positions, muscle.polylines, muscle.radius)
-            if not len(inside):
-                raise InputError(
-                    f"muscle {muscle.name!r} has no tissue within its radius of {1e3 * muscle.radius:g} mm; "
-                    "check its coordinates, its units or give a larger radius"
-                )
-            x, y, z = t.T
-            values.append(muscle.max_stress * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1).ravel())
-            rows.append((6 * inside[:, None] + np.arange(6)).ravel())
-            columns.append(np.full(6 * len(inside), number))
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))
