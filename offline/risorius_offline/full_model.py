@@ -151,7 +151,7 @@ class FullModel:
         motion = self.anatomy.jaw_motion
         if motion is None:
             return np.zeros((0, *self.anatomy.points.shape))
-        values = self.stiffness_at_rest()
+        values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
         self.system.factorise(values, [])
         pattern = self.discretisation.pattern
         upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
@@ -161,10 +161,10 @@ class FullModel:
         flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
         return fields
 
-    def stiffness_at_rest(self) -> FloatArray:
-        """Values (nnz,) in `discretisation.pattern` of the tangent of the tissue, undeformed and without activation."""
+    def passive_stiffness(self, u: FloatArray, *, project: bool = False) -> FloatArray:
+        """Values (nnz,) in `discretisation.pattern` of the tangent of the tissue at u without activation."""
         self.tissue.set_activations(np.zeros(self.muscle_count))
-        values = self.tissue.tangent(np.zeros_like(self.anatomy.points)).copy()
+        values = self.tissue.tangent(u, project=project).copy()
         self.tissue.set_activations(self._activations)
         return values
 

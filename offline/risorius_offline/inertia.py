@@ -1,7 +1,7 @@
 """Mass and damping of a full model: the matrices M and C of (7.1).
 
-M is the consistent mass matrix, the integral of density N_a N_b. C = alpha M + beta K with K the tangent of the tissue
-at rest (Rayleigh). C is constant: beta K resists a rotation as well, in proportion to its rate.
+M is the consistent mass matrix, the integral of density N_a N_b, and C = alpha M + beta K (Rayleigh) with K the tangent of
+the tissue.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import scipy.sparse as sp
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import Discretisation
-from risorius_offline.full_model import FullModel
 
 
 @dataclass(frozen=True)
@@ -39,17 +38,18 @@ class Medium:
 class Inertia:
     """Mass and damping over all components, free and prescribed."""
 
-    def __init__(self, model: FullModel, medium: Medium) -> None:
-        self._pattern = model.discretisation.pattern
-        self._mass_values = mass_values(model.discretisation, medium.density)
-        self._damping_values = (
-            medium.mass_damping * self._mass_values + medium.stiffness_damping * model.stiffness_at_rest()
-        )
+    def __init__(self, discretisation: Discretisation, medium: Medium) -> None:
+        self._medium, self._pattern = medium, discretisation.pattern
+        self._mass_values = mass_values(discretisation, medium.density)
         self.mass = self._symmetric(self._mass_values)
 
-    def metric(self, rate: float) -> tuple[FloatArray, sp.csr_matrix]:
-        """rate^2 M + rate C in N/m: values in the pattern of the tangent, and the whole symmetric matrix."""
-        values = rate**2 * self._mass_values + rate * self._damping_values
+    def metric(self, rate: float, stiffness: FloatArray) -> tuple[FloatArray, sp.csr_matrix]:
+        """rate^2 M + rate C in N/m: values in the pattern of the tangent, and the whole symmetric matrix.
+
+        stiffness: values of K, whose part beta is in C.
+        """
+        values = (rate**2 + rate * self._medium.mass_damping) * self._mass_values
+        values += rate * self._medium.stiffness_damping * stiffness
         return values, self._symmetric(values)
 
     def kinetic_energy(self, velocity: FloatArray) -> float:

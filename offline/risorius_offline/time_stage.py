@@ -55,11 +55,13 @@ class StageEnergy:
     its terms cancel, a line search takes rounding for an ascent.
     """
 
-    def __init__(self, model: FullModel, inertia: Inertia, unit: UnitStrain, anchor: Motion, rate: float) -> None:
+    def __init__(
+        self, model: FullModel, inertia: Inertia, stiffness: FloatArray, unit: UnitStrain, anchor: Motion, rate: float
+    ) -> None:
         self.free = model.free
         self._model = model
         self._anchor, self._rate = anchor, rate
-        self._values, self._metric = inertia.metric(rate)
+        self._values, self._metric = inertia.metric(rate, stiffness)
         self._momentum = rate * (inertia.mass @ anchor.velocity.ravel())
         self._datum = unit.energy + inertia.kinetic_energy(anchor.velocity)
         self._force_of_rest = STRAIN_OF_REST * unit.force
