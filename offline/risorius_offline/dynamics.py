@@ -15,7 +15,7 @@ the imaginary axis); large ones are measured in the tests.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -57,7 +57,7 @@ class MotionSolver:
     """
 
     model: FullModel
-    medium: Medium = Medium()
+    medium: Medium = field(default_factory=Medium)
     tolerance: float = 1e-6
     max_iterations: int = 40
     smallest_fraction: float = 1.0 / 128.0
@@ -141,7 +141,7 @@ class MotionSolver:
     def _guesses(
         self, motion: Motion, before: FloatArray, after: FloatArray, time: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Where the tissue may be a time later: where it is now, and flown on with its velocity; bones where they are."""
+        """Where the tissue may be a time later: where it is now, or flown on with its velocity. Bones have moved."""
         staying = self.model.follow_bones(motion.u, before, after)
         direction = np.zeros_like(staying)
         direction.reshape(-1)[self.model.free] = time * motion.velocity.reshape(-1)[self.model.free]

@@ -1,7 +1,7 @@
 """Mass and damping of a full model: the matrices M and C of (7.1).
 
-M is the consistent mass matrix, the integral of density N_a N_b, and C = alpha M + beta K (Rayleigh) with K the tangent of
-the tissue.
+M is the consistent mass matrix, the integral of density N_a N_b. C = alpha M + beta K (Rayleigh), K a tangent of the
+tissue.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ class Inertia:
 def mass_values(discretisation: Discretisation, density: float) -> FloatArray:
     """Values (nnz,) in `discretisation.pattern` of the consistent mass matrix, kilograms, for a density in kg/m3."""
     values = np.zeros(discretisation.pattern.nnz)
+    # The films come after the volumes and have no mass of their own.
     for block, scatter in zip(discretisation.volumes, discretisation.scatter, strict=False):
         element = block.cells.element
         points, weights = element.mass_rule

@@ -11,6 +11,7 @@ so that M a + C v + dE/du = 0 is where, with w = u - u_anchor, this is stationar
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,12 +41,12 @@ class UnitStrain:
 
     @classmethod
     def of(cls, model: FullModel) -> UnitStrain:
-        """Orders of magnitude from the c10 of the tissue."""
+        """The logarithm of J rounds by c10 in the energy, the dilatation by the bulk modulus in the forces."""
         c10 = np.array([material.c10 for material in model.anatomy.materials])
-        volumes = [(c10[block.cells.layer], block.weights.sum(axis=1)) for block in model.discretisation.volumes]
-        energy = sum(float(stiffness @ volume) for stiffness, volume in volumes)
-        squares = sum(float(((stiffness * volume ** (2 / 3)) ** 2).sum()) for stiffness, volume in volumes)
-        return cls(energy, float(np.sqrt(squares)))
+        bulk = np.array([material.bulk for material in model.anatomy.materials])
+        layer = np.concatenate([block.cells.layer for block in model.discretisation.volumes])
+        volume = np.concatenate([block.weights.sum(axis=1) for block in model.discretisation.volumes])
+        return cls(float(c10[layer] @ volume), float(np.linalg.norm(bulk[layer] * volume ** (2 / 3))))
 
 
 class StageEnergy:
@@ -100,5 +101,5 @@ class StageEnergy:
 
     def force_scale(self, forces: FloatArray) -> float:
         """Norm (N) of muscle forces, reactions, and inertia with damping where `forces` was last asked."""
-        resistance = np.linalg.norm(self._resistance[self.free])
-        return float(np.linalg.norm([self._model.force_scale(forces), resistance, self._force_of_rest]))
+        resistance = float(np.linalg.norm(self._resistance[self.free]))
+        return math.hypot(self._model.force_scale(forces), resistance, self._force_of_rest)
