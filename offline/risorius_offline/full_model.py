@@ -69,6 +69,20 @@ class FullModel:
             u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
         return u
 
+    def follow_bones(self, u: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+        """Displacement u (n, 3) with the bones moved from parameters `before` to `after`, where they land exactly.
+
+        Tissue follows to first order, as far as surfaces let it.
+        """
+        followed = u.copy()
+        motion = self.anatomy.jaw_motion
+        if motion is not None:
+            change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
+            direction = np.tensordot(change, self.lift_fields, axes=1)
+            followed += self.largest_step(u, direction) * direction
+        followed.reshape(-1)[self.prescribed] = self.prescribed_motion(after).reshape(-1)[self.prescribed]
+        return followed
+
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
         total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
@@ -140,16 +154,22 @@ class FullModel:
         motion = self.anatomy.jaw_motion
         if motion is None:
             return np.zeros((0, *self.anatomy.points.shape))
-        self.set_parameters(np.zeros(len(self.anatomy.inputs.parameters)))
-        values = self.tissue.tangent(np.zeros_like(self.anatomy.points))
+        values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
         self.system.factorise(values, [])
         pattern = self.discretisation.pattern
-        upper = sp.csr_matrix((values.copy(), pattern.indices, pattern.indptr), shape=pattern.shape)
+        upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
         fields = np.where(self.anatomy.jaw[:, None], motion.unit_motions(self.anatomy.points), 0.0)
         flat = fields.reshape(len(fields), -1)
         flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
         return fields
+
+    def passive_stiffness(self, u: FloatArray, *, project: bool = False) -> FloatArray:
+        """Values (nnz,) in `discretisation.pattern` of the tangent of the tissue at u without activation."""
+        self.tissue.set_activations(np.zeros(self.muscle_count))
+        values = self.tissue.tangent(u, project=project).copy()
+        self.tissue.set_activations(self._activations)
+        return values
 
     def point_jacobians(self, u: FloatArray) -> FloatArray:
         """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
