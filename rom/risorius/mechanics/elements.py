@@ -139,6 +139,18 @@ def _append(T, gradient, factor, vectors, scaled, row):  # type: ignore[no-untyp
 
 
 @_compiled
+def _append_mean(weights, factor, vectors, scaled, row):  # type: ignore[no-untyped-def]
+    """As `_append`, with the weighted sum of the first rows of `vectors`."""
+    for r in range(vectors.shape[1]):
+        v = 0.0
+        for q in range(len(weights)):
+            v += weights[q] * vectors[q, r]
+        vectors[row, r] = v
+        scaled[row, r] = factor * v
+    return row + 1
+
+
+@_compiled
 def _add_shear(gradient, w, shear, A, S):  # type: ignore[no-untyped-def]
     """Add w grad N_a . (shear I + A) grad N_b to S (a, a)."""
     xx, yy, zz = w * (shear + A[0]), w * (shear + A[1]), w * (shear + A[2])
@@ -198,9 +210,8 @@ def tangent(  # type: ignore[no-untyped-def]
         rows = points
         for q in range(points):
             w, gradient, A = weights[e, q], gradients[e, q], active[e, q]
-            shear, stretch, slope, curvature = _derivatives(
-                c10, c20, lam, F[q], jacobian[q], pressure, not mean_dilatation
-            )
+            local = not mean_dilatation
+            shear, stretch, slope, curvature = _derivatives(c10, c20, lam, F[q], jacobian[q], pressure, local)
             curvature += at_point
             turn = slope / jacobian[q]
             _append(G[q], gradient, w * (curvature + turn), vectors, scaled, q)
@@ -215,12 +226,7 @@ def tangent(  # type: ignore[no-untyped-def]
                 for k in range(count):
                     rows = _append(modes[k], gradient, w * lifts[k], vectors, scaled, rows)
         if points > 1 and stiffness != 0.0:
-            for r in range(3 * nodes):
-                vectors[rows, r] = 0.0
-                for q in range(points):
-                    vectors[rows, r] += weights[e, q] * vectors[q, r]
-                scaled[rows, r] = stiffness * vectors[rows, r]
-            rows += 1
+            rows = _append_mean(weights[e], stiffness, vectors, scaled, rows)
         np.dot(vectors[:rows].T, scaled[:rows], K)
         np.dot(vectors[:points].T, exchanged, T)
         _scatter(K, T, S, scatter[e], values)

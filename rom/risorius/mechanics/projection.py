@@ -1,7 +1,8 @@
 """Directions in which the energy density of a point is not convex, for the projection of element tangents.
 
-Without active stress the density is psi(I1, J). With F = U diag(s) V^T the nine eigenvectors of d2 psi / dF dF are U M V^T with M and eigenvalues (Smith, de Goes and
-Kim 2019, Analytic eigensystems for isotropic distortion energies; i, j, k is each cyclic order of the axes)
+Without active stress the density is psi(I1, J). With F = U diag(s) V^T the nine eigenvectors of d2 psi / dF dF are
+U M V^T with M and eigenvalues (Smith, de Goes and Kim 2019, Analytic eigensystems for isotropic distortion energies;
+i, j, k is each cyclic order of the axes)
 
     twists     (e_i e_j^T - e_j e_i^T) / sqrt 2     2 psi_1 + psi_J s_k
     flips      (e_i e_j^T + e_j e_i^T) / sqrt 2     2 psi_1 - psi_J s_k
