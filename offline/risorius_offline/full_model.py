@@ -10,11 +10,13 @@ import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.mechanics.fibres import PROPORTIONAL
+from risorius_offline.active_fibres import ActiveFibres
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import SOLVERS, default_solver
-from risorius_offline.muscles.assembly import active_tensors, dead_loads
+from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
 
@@ -22,8 +24,9 @@ from risorius_offline.tissue import Tissue
 class FullModel:
     """Finite elements of an anatomy. Displacements are (n, 3) in metres, parameters (p,) as in `Anatomy.inputs`.
 
-    effects: further terms of the energy. mean_dilatation: volume terms on the element's mean J, which keeps hexahedra,
-    wedges and quadratic tetrahedra from locking. solver: a name in `linear_solver.SOLVERS`.
+    effects: further terms of the energy. fibre_law: of `mechanics.fibres`; HILL is the muscles' force-length relation.
+    mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
+    locking. solver: a name in `linear_solver.SOLVERS`.
     """
 
     def __init__(
@@ -31,6 +34,7 @@ class FullModel:
         anatomy: Anatomy,
         effects: Sequence[Effect] = (),
         *,
+        fibre_law: int = PROPORTIONAL,
         mean_dilatation: bool = True,
         solver: str | None = None,
     ) -> None:
@@ -38,9 +42,13 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
-        self._active_tensors = active_tensors(self.discretisation, anatomy.muscles)
+        points = fibre_points(self.discretisation, anatomy.muscles)
+        self.fibres = ActiveFibres(self.discretisation, points, self.muscle_count, fibre_law)
+        # In proportion to the stretch, active stress is a constant tensor, which the tissue's kernels take on the way.
+        self._fibres_in_tissue = fibre_law == PROPORTIONAL
+        tensors = active_tensors(self.discretisation, points, self.muscle_count)
+        self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
         self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
-        self.tissue = Tissue(self.discretisation, anatomy.materials, self._active_tensors, mean_dilatation)
         prescribed = anatomy.skull | anatomy.jaw
         self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
@@ -86,32 +94,40 @@ class FullModel:
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
         total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
-        for effect in self.effects:
-            if np.isfinite(total):
-                total += effect.energy(u)
-        return total
+        if not np.isfinite(total):
+            return total
+        if not self._fibres_in_tissue:
+            total += self.fibres.energy(u, self._activations)
+        return total + sum(effect.energy(u) for effect in self.effects)
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
         """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
         total += self._dead_load.add_forces(u, forces)
+        if not self._fibres_in_tissue:
+            total += self.fibres.add_forces(u, self._activations, forces)
         for effect in self.effects:
             total += effect.add_forces(u, forces)
         return total, smallest, forces
 
-    def tangent(self, u: FloatArray, *, project: bool = False) -> tuple[FloatArray, list[NodeBlocks]]:
-        """Second derivatives of the energy: values in `discretisation.pattern` (overwritten by the next call), blocks.
+    def tangent(self, u: FloatArray, *, projection: float = 0.0) -> tuple[FloatArray, list[NodeBlocks]]:
+        """Second derivatives of the energy at u: values in `discretisation.pattern`, and node blocks of the effects.
 
-        With `project` both are made of positive semi-definite pieces.
+        projection: 0 for the true ones, 1 for ones made of positive semi-definite pieces, a mixture in between.
         """
-        return self.tissue.tangent(u, project=project), [
-            effect.second_derivatives(u, project=project) for effect in self.effects
-        ]
+        values, blocks = np.zeros(self.discretisation.pattern.nnz), []
+        for share, project in ((1.0 - projection, False), (projection, True)):
+            if share == 0.0:
+                continue
+            values += share * self._element_tangent(u, project)
+            derivatives = [effect.second_derivatives(u, project=project) for effect in self.effects]
+            blocks += [NodeBlocks(block.nodes, share * block.matrices) for block in derivatives]
+        return values, blocks
 
-    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
+    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
         """Factorise the free part of the tangent at u; raises NotPositiveDefiniteError."""
-        self.system.factorise(*self.tangent(u, project=project))
+        self.system.factorise(*self.tangent(u, projection=projection))
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
@@ -123,7 +139,7 @@ class FullModel:
 
     def force_scale(self, forces: FloatArray) -> float:
         """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
-        active = self.muscle_forces @ self._activations
+        active = self._muscle_forces_at_rest @ self._activations
         return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
 
     @cached_property
@@ -133,20 +149,9 @@ class FullModel:
             raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
         return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name])
 
-    @cached_property
-    def muscle_forces(self) -> FloatArray:
-        """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
-        columns = -self._dead_loads
-        start = 0
-        for block in self.discretisation.volumes:
-            size = block.weights.size * 6
-            fibres = self._active_tensors[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
-            full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
-            nodal = np.einsum("eq,eqijm,eqaj->eaim", block.weights, full, block.gradients, optimize=True)
-            dofs = 3 * block.cells.connectivity[:, :, None] + np.arange(3)
-            np.add.at(columns, dofs, nodal)
-            start += size
-        return columns
+    def muscle_forces(self, u: FloatArray) -> FloatArray:
+        """(3 n, muscles) derivatives of the forces at u by the activations, newtons at full activation."""
+        return self.fibres.muscle_forces(u) - self._dead_loads
 
     @cached_property
     def lift_fields(self) -> FloatArray:
@@ -178,3 +183,13 @@ class FullModel:
             gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
             values.append(np.linalg.det(gradient + np.eye(3)).ravel())
         return np.concatenate(values)
+
+    def _element_tangent(self, u: FloatArray, project: bool) -> FloatArray:
+        values = self.tissue.tangent(u, project=project)
+        if not self._fibres_in_tissue:
+            self.fibres.add_tangent(u, self._activations, project, values)
+        return values
+
+    @cached_property
+    def _muscle_forces_at_rest(self) -> FloatArray:
+        return self.muscle_forces(np.zeros_like(self.anatomy.points))

@@ -86,9 +86,9 @@ class StageEnergy:
         energy += self._datum + float(w @ (0.5 * pull - self._momentum))
         return energy, smallest, forces + self._resistance.reshape(u.shape)
 
-    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
+    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
         """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError."""
-        values, blocks = self._model.tangent(u, project=project)
+        values, blocks = self._model.tangent(u, projection=projection)
         self._model.system.factorise(values + self._values, blocks)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from risorius.mechanics import elements, fibres
 from risorius.mechanics.fibres import HILL, PROPORTIONAL, FibrePoints
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.elements import ELEMENTS
-from risorius_offline.muscles.polyline_fibres import fibre_points
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from tests.offline.meshes import box
 
 LAWS = [PROPORTIONAL, HILL]
@@ -25,11 +25,11 @@ def two_muscles(cell_type="hexahedron"):
     points, cells = box(cell_type, distortion=0.2)
     discretisation = Discretisation(points, [cells])
     block = discretisation.blocks[0]
-    found = [fibre_points(block.positions.reshape(-1, 3), (line,), 0.006) for line in LINES]
-    inside = np.concatenate([numbers for numbers, _ in found])
+    found = [PolylineFibres((line,), 0.006).field(discretisation) for line in LINES]
+    inside = np.concatenate([field.points for field in found])
     element, point = np.divmod(inside, block.weights.shape[1])
-    muscle = np.repeat([0, 1], [len(numbers) for numbers, _ in found])
-    directions = np.concatenate([t for _, t in found])
+    muscle = np.repeat([0, 1], [len(field.points) for field in found])
+    directions = np.concatenate([field.directions for field in found])
     assert len(np.unique(inside)) < len(inside)
     listed = FibrePoints(element, point, directions, muscle, np.full(len(inside), STRESS))
     return discretisation, (block.cells.connectivity, block.gradients, block.weights), listed

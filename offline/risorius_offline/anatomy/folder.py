@@ -20,7 +20,7 @@ from risorius_offline.anatomy.muscle_file import read_muscle_file
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces, visible_faces
 from risorius_offline.discretisation import CellBlock, Discretisation, IntegratedBlock
 from risorius_offline.elements import ELEMENTS
-from risorius_offline.muscles.assembly import active_tensors, dead_loads
+from risorius_offline.muscles.assembly import dead_loads, fibre_points
 from risorius_offline.muscles.muscle import Muscle
 from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from risorius_offline.muscles.region import Region
@@ -186,7 +186,7 @@ def _check_muscles(muscles: tuple[Muscle, ...], points: FloatArray, cells: tuple
                 )
     discretisation = Discretisation(points, cells)
     try:
-        active_tensors(discretisation, muscles)
+        fibre_points(discretisation, muscles)
         dead_loads(discretisation, muscles)
     except InputError as error:
         raise InputError(f"muscles.json: {error}") from error

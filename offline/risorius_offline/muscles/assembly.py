@@ -4,57 +4,47 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.mechanics.fibres import FibrePoints
 from risorius_offline.discretisation import Discretisation, IntArray
 from risorius_offline.muscles.loads import ActiveStress, ForceDensity
 from risorius_offline.muscles.muscle import Muscle
 
 
-@dataclass(frozen=True)
-class FibrePoints:
-    """Points with active fibres, sorted by block, element and point; a point of several muscles occurs for each.
+def fibre_points(discretisation: Discretisation, muscles: Sequence[Muscle]) -> list[FibrePoints]:
+    """Points with active fibres of every volume block, sorted by element and point.
 
-    block, element, point (k,): place in `Discretisation.volumes`. directions (k, 3): unit tangents a0. muscle (k,):
-    number of the muscle. stress (k,): T at full activation, pascals.
+    They are those of the muscles whose load is an active stress; raises InputError for one without tissue.
     """
-
-    block: IntArray
-    element: IntArray
-    point: IntArray
-    directions: FloatArray
-    muscle: IntArray
-    stress: FloatArray
-
-
-def fibre_points(discretisation: Discretisation, muscles: Sequence[Muscle]) -> FibrePoints:
-    """Fibre points of the muscles whose load is an active stress; raises InputError for one without tissue."""
     numbers, directions, muscle, stress = _active_fields(discretisation, muscles)
     sizes = np.array([block.weights.size for block in discretisation.volumes])
-    per_element = np.array([block.weights.shape[1] for block in discretisation.volumes])
     ends = sizes.cumsum()
-    block = np.searchsorted(ends, numbers, side="right")
-    element, point = np.divmod(numbers - (ends - sizes)[block], per_element[block])
-    return FibrePoints(block, element, point, directions, muscle, stress)
+    result = []
+    for block, start, end in zip(discretisation.volumes, ends - sizes, ends, strict=True):
+        here = slice(*np.searchsorted(numbers, (start, end)))
+        element, point = np.divmod(numbers[here] - start, block.weights.shape[1])
+        result.append(FibrePoints(element, point, directions[here], muscle[here], stress[here]))
+    return result
 
 
-def active_tensors(discretisation: Discretisation, muscles: Sequence[Muscle]) -> sp.csr_matrix:
+def active_tensors(discretisation: Discretisation, fibres: Sequence[FibrePoints], muscle_count: int) -> sp.csr_matrix:
     """Sparse (6 volume quadrature points, muscles): T a0 (x) a0 of (7.2) as xx, yy, zz, xy, yz, zx, in pascals.
 
     Every muscle at full activation; a muscle that is a dead load has an empty column.
     """
-    numbers, directions, muscle, stress = _active_fields(discretisation, muscles)
-    x, y, z = directions.T
-    tensors = stress[:, None] * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1)
-    rows = 6 * numbers[:, None] + np.arange(6)
-    count = sum(block.weights.size for block in discretisation.volumes)
-    entries = (tensors.ravel(), (rows.ravel(), np.repeat(muscle, 6)))
-    return sp.csr_matrix(entries, shape=(6 * count, len(muscles)))
+    blocks = []
+    for block, listed in zip(discretisation.volumes, fibres, strict=True):
+        x, y, z = listed.direction.T
+        tensors = listed.stress[:, None] * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1)
+        rows = 6 * (listed.element * block.weights.shape[1] + listed.point)[:, None] + np.arange(6)
+        entries = (tensors.ravel(), (rows.ravel(), np.repeat(listed.muscle, 6)))
+        blocks.append(sp.csr_matrix(entries, shape=(6 * block.weights.size, muscle_count)))
+    return sp.vstack(blocks, format="csr")
 
 
 def dead_loads(discretisation: Discretisation, muscles: Sequence[Muscle]) -> FloatArray:
