@@ -63,6 +63,15 @@ class IntegratedBlock:
             positions=np.einsum("qa,eai->eqi", element.shape_functions(element.points), corners),
         )
 
+    def deformation_gradients(self, u: FloatArray) -> FloatArray:
+        """F (e, q, 3, 3) at the points, for a displacement u (n, 3) in metres."""
+        return np.eye(3) + np.einsum("eai,eqaj->eqij", u[self.cells.connectivity], self.gradients, optimize=True)
+
+    def mean_jacobians(self, u: FloatArray) -> FloatArray:
+        """Jbar (e,): the mean of J = det F over the volume at rest of every cell."""
+        jacobians = np.linalg.det(self.deformation_gradients(u))
+        return (self.weights * jacobians).sum(axis=1) / self.weights.sum(axis=1)
+
 
 def triangle_owners(cells: CellBlock, triangles: IntArray) -> list[tuple[int, int, tuple[int, ...]]]:
     """Triangle, cell and the triangle's corners in the cell, for those triangles (m, 3) that are part of a cell's face.

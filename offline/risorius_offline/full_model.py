@@ -150,11 +150,8 @@ class FullModel:
 
     def point_jacobians(self, u: FloatArray) -> FloatArray:
         """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
-        values = []
-        for block in self.discretisation.blocks:
-            gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
-            values.append(np.linalg.det(gradient + np.eye(3)).ravel())
-        return np.concatenate(values)
+        blocks = self.discretisation.blocks
+        return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
     def _fibre_operator(self) -> sp.csr_matrix:
         """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""

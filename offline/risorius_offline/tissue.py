@@ -30,7 +30,7 @@ class Tissue:
         mean_dilatation: bool,
     ) -> None:
         self.discretisation = discretisation
-        self._active_tensors = active_tensors
+        self.active_tensors = active_tensors
         self.mean_dilatation = mean_dilatation
         by_layer = np.array([material.coefficients for material in materials])
         coefficients = [by_layer[block.cells.layer] for block in discretisation.volumes]
@@ -44,7 +44,7 @@ class Tissue:
 
     def set_activations(self, activations: FloatArray) -> None:
         """Make muscle activations (m,) act in all later calls."""
-        stress = self._active_tensors @ activations
+        stress = self.active_tensors @ activations
         start = 0
         for active in self._active[: len(self.discretisation.volumes)]:
             active[:] = stress[start : start + active.size].reshape(active.shape)
