@@ -73,8 +73,6 @@ class Tissue:
         total, smallest = 0.0, np.inf
         target = np.empty((0, 3)) if forces is None else forces
         for integrand in self._integrands:
-            energy, lowest = elements.energy_and_forces(
-                u, *integrand, self.mean_dilatation, forces is not None, target
-            )
+            energy, lowest = elements.energy_and_forces(u, *integrand, self.mean_dilatation, forces is not None, target)
             total, smallest = total + energy, min(smallest, lowest)
         return total, smallest

@@ -30,7 +30,7 @@ def solve(
         ),
     ] = None,
 ) -> None:
-    """Solve the full model and write tissue and skin for ParaView. The skin goes beside the tissue, as NAME.skin.vtu."""
+    """Solve the full model and write tissue and skin for ParaView, the skin as NAME.skin.vtu beside the tissue."""
     require_offline("risorius solve")
     if output.suffix.lower() != ".vtu":
         raise InputError(f"{output}: the tissue is written as VTU; give a name that ends in .vtu")

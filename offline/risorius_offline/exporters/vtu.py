@@ -12,7 +12,7 @@ import numpy as np
 
 from risorius import storage
 from risorius.jaw import FloatArray
-from risorius_offline.discretisation import IntArray
+from risorius_offline.discretisation import CellBlock, IntArray
 from risorius_offline.equilibrium import Equilibrium
 from risorius_offline.full_model import FullModel
 from risorius_offline.quantities.skin import SkinState
@@ -29,7 +29,7 @@ def write_tissue(path: Path, model: FullModel, equilibrium: Equilibrium) -> None
     u, anatomy, blocks = equilibrium.u, model.anatomy, model.discretisation.volumes
     mesh = meshio.Mesh(
         anatomy.points,
-        [(block.cells.cell_type, _vtk_connectivity(block.cells.cell_type, block.cells.connectivity)) for block in blocks],
+        [(block.cells.cell_type, _vtk_connectivity(block.cells)) for block in blocks],
         point_data={
             "displacement_m": u,
             "fixed_to_skull": anatomy.skull.astype(np.uint8),
@@ -69,8 +69,9 @@ def write_skin(path: Path, model: FullModel, u: FloatArray, skin: SkinState) -> 
     _write(path, mesh)
 
 
-def _vtk_connectivity(cell_type: str, connectivity: IntArray) -> IntArray:
-    return connectivity[:, VTK_ORDER[cell_type]] if cell_type in VTK_ORDER else connectivity
+def _vtk_connectivity(cells: CellBlock) -> IntArray:
+    order = VTK_ORDER.get(cells.cell_type)
+    return cells.connectivity[:, order] if order else cells.connectivity
 
 
 def _active_stresses(model: FullModel, parameters: FloatArray) -> list[FloatArray]:

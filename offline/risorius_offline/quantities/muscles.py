@@ -33,13 +33,14 @@ class MuscleState:
 def muscle_state(model: FullModel, equilibrium: Equilibrium) -> MuscleState:
     """Muscles of a model at an equilibrium, or at any other displacement and activation."""
     activations = equilibrium.parameters[: model.muscle_count]
+    lengths = np.array([fibre_length(muscle) for muscle in model.anatomy.muscles])
     stretches, forces, works = np.zeros((3, model.muscle_count))
     for number, (stress, squares, volumes) in enumerate(_fibres(model, equilibrium.u)):
-        stretch = np.sqrt(squares)
+        stretch, pull = np.sqrt(squares), stress * volumes
         stretches[number] = volumes @ stretch / volumes.sum()
-        forces[number] = activations[number] * (volumes * stress) @ stretch / fibre_length(model.anatomy.muscles[number])
-        works[number] = 0.5 * activations[number] * (volumes * stress) @ (1.0 - squares)
-    return MuscleState(activations, stretches, forces, works)
+        forces[number] = pull @ stretch
+        works[number] = 0.5 * pull @ (1.0 - squares)
+    return MuscleState(activations, stretches, activations * forces / lengths, activations * works)
 
 
 def fibre_length(muscle: Muscle) -> float:

@@ -75,8 +75,8 @@ def skin_state(model: FullModel, u: FloatArray) -> SkinState:
     folded = np.flatnonzero(jacobian <= 0.0)
     if len(folded):
         raise SolverError(
-            f"{len(folded)} skin triangle(s) are folded, first triangle {folded[0]} with J = {jacobian[folded[0]]:.3g}; "
-            "give the anatomy an epidermis or lower the activations"
+            f"{len(folded)} skin triangle(s) are folded, first triangle {folded[0]} with "
+            f"J = {jacobian[folded[0]]:.3g}; give the anatomy an epidermis or lower the activations"
         )
     tangents = _tangents(model.anatomy.points[triangles])
     plane = np.einsum("mij,mjk->mik", F, tangents)

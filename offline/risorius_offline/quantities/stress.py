@@ -36,4 +36,4 @@ def principal_stresses(stress: FloatArray) -> FloatArray:
 def von_mises(stress: FloatArray) -> FloatArray:
     """(...) equivalent stress sqrt(3/2 s : s) of stresses (..., 3, 3), s the deviator (von Mises 1913)."""
     deviator = stress - np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
-    return np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
+    return np.sqrt(1.5) * np.linalg.norm(deviator, axis=(-2, -1))
