@@ -8,7 +8,6 @@ import pytest
 
 from risorius.errors import SolverError
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Muscle
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.discretisation import CellBlock
 from risorius_offline.effects import DeadLoad
@@ -16,6 +15,9 @@ from risorius_offline.elements import ELEMENTS
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.exporters.vtu import write_skin, write_tissue
 from risorius_offline.full_model import FullModel
+from risorius_offline.muscles.loads import ActiveStress, ForceDensity
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from risorius_offline.quantities import SkinState, bone_reactions, muscle_state, skin_state
 from tests.offline.meshes import box, box_hexahedra, wedges
 from tests.offline.models import block_anatomy, muscle_block
@@ -169,7 +171,7 @@ def test_folded_skin_is_an_error_that_names_the_triangle():
 LENGTH, SECTION, PULL = 0.06, 0.01 * 0.02, 50e3
 
 
-def bar(cell_type):
+def bar(cell_type, load):
     """A bar along x that is all muscle, held by the skull at x = 0 and the jaw at its other end."""
     points, cells = box(cell_type, cells=(4, 2, 2), size=(LENGTH, 0.01, 0.02))
     line = np.array([[0.0, 0.005, 0.01], [0.5 * LENGTH, 0.005, 0.01], [LENGTH, 0.005, 0.01]])
@@ -179,14 +181,14 @@ def bar(cell_type):
         TISSUE,
         fixed=np.isclose(points[:, 0], 0.0),
         dragged=np.isclose(points[:, 0], LENGTH),
-        muscles=(Muscle("pull", (line,), 1.0, PULL),),
+        muscles=(Muscle("pull", PolylineFibres((line,), radius=1.0), load),),
     )
 
 
 @pytest.mark.parametrize("cell_type", sorted(ELEMENTS))
 def test_a_bar_held_at_both_ends_pulls_its_bones_with_stress_times_section(cell_type):
     """Active stress along the axis leaves the sides free of traction: the bar stays as it is and pulls with a T A."""
-    model = FullModel(bar(cell_type))
+    model = FullModel(bar(cell_type, ActiveStress(PULL)))
     found = EquilibriumSolver(model, tolerance=1e-10).solve(np.array([0.8, 0.0, 0.0, 0.0]))
     muscles, reactions = muscle_state(model, found), bone_reactions(model, found)
     pull = 0.8 * PULL * SECTION
@@ -198,12 +200,23 @@ def test_a_bar_held_at_both_ends_pulls_its_bones_with_stress_times_section(cell_
 
 def test_force_and_work_of_a_shortened_bar():
     """Stretch 0.7: force a T A 0.7 and work a T A L (1 - 0.7^2) / 2, from the energy T/2 |F a0|^2."""
-    anatomy = bar("hexahedron")
+    anatomy = bar("hexahedron", ActiveStress(PULL))
     shortened = displaced(anatomy.points, TURN @ np.diag([0.7, 1.2, 1.15]))
     state = muscle_state(FullModel(anatomy), Equilibrium(np.array([0.5, 0.0, 0.0, 0.0]), shortened))
     assert state.stretches[0] == pytest.approx(0.7, rel=1e-12)
     assert state.forces[0] == pytest.approx(0.5 * PULL * SECTION * 0.7, rel=1e-9)
     assert state.works[0] == pytest.approx(0.5 * PULL * SECTION * LENGTH * 0.5 * (1.0 - 0.49), rel=1e-9)
+
+
+def test_force_density_is_held_by_the_origin_and_works_along_its_path():
+    """A bar whose end moves by d, the rest in proportion: force a lambda V, work a lambda V d / 2."""
+    density, volume = 1e6, LENGTH * SECTION
+    model = FullModel(bar("hexahedron", ForceDensity(density)))
+    moved = Equilibrium(np.array([0.5, 0.0, 0.0, 0.0]), displaced(model.anatomy.points, np.diag([0.9, 1.0, 1.0])))
+    state = muscle_state(model, moved)
+    assert state.stretches[0] == pytest.approx(0.9, rel=1e-12)
+    assert state.forces[0] == pytest.approx(0.5 * density * volume, rel=1e-9)
+    assert state.works[0] == pytest.approx(0.5 * density * volume * 0.5 * 0.1 * LENGTH, rel=1e-9)
 
 
 @pytest.mark.parametrize("cell_type", sorted(ELEMENTS))
@@ -225,7 +238,7 @@ def test_work_is_what_the_active_energy_loses(cell_type):
 
 def test_bones_balance_the_loads():
     """Skull and jaw both hold; a muscle pulls, a load acts: the reactions sum to minus the load."""
-    anatomy = bar("tetra10")
+    anatomy = bar("tetra10", ActiveStress(PULL))
     load = np.random.default_rng(0).normal(size=anatomy.points.shape) * 1e-4
     load[anatomy.skull | anatomy.jaw] = 0.0
     model = FullModel(anatomy, [DeadLoad(load)])
@@ -252,7 +265,9 @@ def test_vtk_sees_cells_of_positive_volume_at_rest_and_deformed(cell_type, tmp_p
 def test_tissue_file_holds_the_state_of_every_cell(tmp_path):
     anatomy = half_and_half()
     line = np.array([[0.0, 0.01, 0.01], [0.02, 0.01, 0.01]])
-    model = FullModel(replace(anatomy, muscles=(Muscle("a", (line,), 1.0, 20e3), Muscle("b", (line,), 1.0, 10e3))))
+    fibres = PolylineFibres((line,), radius=1.0)
+    pull = (Muscle("a", fibres, ActiveStress(20e3)), Muscle("b", fibres, ActiveStress(10e3)))
+    model = FullModel(replace(anatomy, muscles=pull))
     u = displaced(anatomy.points, BIAXIAL)
     write_tissue(tmp_path / "a.vtu", model, Equilibrium(np.array([0.5, 0.2]), u))
     mesh = meshio.read(tmp_path / "a.vtu")

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from risorius.jaw import FloatArray
-from risorius_offline.anatomy.anatomy import Muscle
+from risorius.mechanics import fibres
+from risorius_offline.discretisation import Discretisation
 from risorius_offline.equilibrium import Equilibrium
 from risorius_offline.full_model import FullModel
+from risorius_offline.muscles.assembly import dead_loads, fibre_points, force_density
+from risorius_offline.muscles.loads import ActiveStress, ForceDensity
+from risorius_offline.muscles.muscle import Muscle
 
 
 @dataclass(frozen=True)
 class MuscleState:
     """Of every muscle (m,), in the order of the anatomy: activation a, stretch, force and work.
 
-    stretches: lambda = |F a0|, the mean over the volume of the muscle.
-    forces: newtons; the integral of a T lambda over that volume, divided by the length of the fibres at rest. It is
-    minus the derivative of the work by the length of the fibres: a T A in a straight bar of cross-section A at rest.
-    works: joules; the integral of a T (1 - lambda^2) / 2, the energy that the active stress of (7.2) gives off between
-    rest and this state with the activation held; positive where the muscle shortens.
+    stretches: lambda = |F a0|, the mean over the volume of the muscle at rest.
+    forces: newtons. Of an active stress (7.2) the integral of a T lambda over that volume, divided by the length of the
+    fibres at rest: T a lambda A in a straight bar of cross-section A at rest. Of a force density (7.3) the integral of
+    a |lambda tau|: what the origin of a straight bar holds.
+    works: joules given off from rest to this state with the activation held, positive where the muscle shortens. Of an
+    active stress the integral of a T (1 - lambda^2) / 2, of a force density the integral of a lambda tau . u.
     """
 
     activations: FloatArray
@@ -32,31 +37,30 @@ class MuscleState:
 
 def muscle_state(model: FullModel, equilibrium: Equilibrium) -> MuscleState:
     """Muscles of a model at an equilibrium, or at any other displacement and activation."""
-    activations = equilibrium.parameters[: model.muscle_count]
-    lengths = np.array([fibre_length(muscle) for muscle in model.anatomy.muscles])
-    stretches, forces, works = np.zeros((3, model.muscle_count))
-    for number, (stress, squares, volumes) in enumerate(_fibres(model, equilibrium.u)):
-        stretch, pull = np.sqrt(squares), stress * volumes
-        stretches[number] = volumes @ stretch / volumes.sum()
-        forces[number] = pull @ stretch
-        works[number] = 0.5 * pull @ (1.0 - squares)
-    return MuscleState(activations, stretches, activations * forces / lengths, activations * works)
+    discretisation, muscles = model.discretisation, model.anatomy.muscles
+    activations, u = equilibrium.parameters[: model.muscle_count], equilibrium.u
+    lengths = np.array([muscle.fibres.length(discretisation) for muscle in muscles])
+    # A force density has no active stress, but fibres whose stretch is measured all the same.
+    measured = [m if isinstance(m.load, ActiveStress) else replace(m, load=ActiveStress(0.0)) for m in muscles]
+    points = fibre_points(discretisation, measured)
+    sums = np.zeros((len(muscles), 4))
+    for number, block in enumerate(discretisation.volumes):
+        tables = (block.cells.connectivity, block.gradients, block.weights, points.of_block(number))
+        fibres.add_integrals(u, *tables, activations, fibres.PROPORTIONAL, sums)
+    volumes, stretched, tensions, released = sums.T
+    return MuscleState(
+        activations=activations,
+        stretches=stretched / volumes,
+        forces=tensions / lengths + activations * _dead_forces(discretisation, muscles),
+        works=released + activations * (u.ravel() @ dead_loads(discretisation, muscles)),
+    )
 
 
-def fibre_length(muscle: Muscle) -> float:
-    """Mean length at rest, metres, of the lines that a muscle is given by."""
-    return float(np.mean([np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in muscle.polylines]))
-
-
-def _fibres(model: FullModel, u: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """T (k,) at full activation, lambda^2 (k,) and volume (k,) at the points of each muscle in turn."""
-    blocks = model.discretisation.volumes
-    volumes = np.concatenate([block.weights.ravel() for block in blocks])
-    F = np.concatenate([block.deformation_gradients(u).reshape(-1, 3, 3) for block in blocks])
-    C = np.einsum("pki,pkj->pij", F, F)
-    for number in range(model.muscle_count):
-        tensor = model.tissue.active_tensors[:, number].toarray().reshape(-1, 6)
-        stress = tensor[:, :3].sum(axis=1)  # the trace of T a0 (x) a0
-        inside = np.flatnonzero(stress)
-        full = tensor[inside][:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
-        yield stress[inside], np.einsum("pij,pij->p", C[inside], full) / stress[inside], volumes[inside]
+def _dead_forces(discretisation: Discretisation, muscles: Sequence[Muscle]) -> FloatArray:
+    """(m,) integral of |lambda tau| at full activation, newtons; zero for an active stress."""
+    volumes = np.concatenate([block.weights.ravel() for block in discretisation.volumes])
+    forces = np.zeros(len(muscles))
+    for number, muscle in enumerate(muscles):
+        if isinstance(muscle.load, ForceDensity):
+            forces[number] = volumes @ np.linalg.norm(force_density(discretisation, muscle, muscle.load), axis=1)
+    return forces

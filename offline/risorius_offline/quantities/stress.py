@@ -30,7 +30,7 @@ def cauchy_stress(F, dilatation, coefficients):  # type: ignore[no-untyped-def]
 
 def principal_stresses(stress: FloatArray) -> FloatArray:
     """(..., 3) principal values of stresses (..., 3, 3), the largest first."""
-    return np.linalg.eigvalsh(stress)[..., ::-1]
+    return np.asarray(np.linalg.eigvalsh(stress)[..., ::-1], dtype=np.float64)
 
 
 def von_mises(stress: FloatArray) -> FloatArray:
