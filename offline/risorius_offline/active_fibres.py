@@ -18,9 +18,9 @@ class ActiveFibres:
 
     def __init__(self, discretisation: Discretisation, points: list[FibrePoints], muscle_count: int, law: int) -> None:
         self._discretisation = discretisation
-        self._points = points
+        self.points = points
         self._count = muscle_count
-        self._law = law
+        self.law = law
 
     def energy(self, u: FloatArray, activations: FloatArray) -> float:
         """Energy in joules; J > 0 everywhere is taken for granted."""
@@ -33,29 +33,29 @@ class ActiveFibres:
     def add_tangent(self, u: FloatArray, activations: FloatArray, project: bool, values: FloatArray) -> None:
         """Add second derivatives to values in `discretisation.pattern`; with `project` positive semi-definite ones."""
         for (arrays, points), scatter in zip(self._blocks(), self._discretisation.scatter, strict=False):
-            fibres.tangent(u, *arrays, points, activations, self._law, project, scatter, values)
+            fibres.tangent(u, *arrays, points, activations, self.law, project, scatter, values)
 
     def muscle_forces(self, u: FloatArray) -> FloatArray:
         """(3 n, m) nodal forces dE/du in newtons of each muscle at full activation."""
         columns = np.zeros((*u.shape, self._count))
         for arrays, points in self._blocks():
-            fibres.add_muscle_forces(u, *arrays, points, self._law, columns)
+            fibres.add_muscle_forces(u, *arrays, points, self.law, columns)
         return columns.reshape(u.size, self._count)
 
     def integrals(self, u: FloatArray, activations: FloatArray) -> FloatArray:
         """(m, 4) volume (m3), volume times stretch, integral of fibre stress (N m), released energy (J), by muscle."""
         sums = np.zeros((self._count, 4))
         for arrays, points in self._blocks():
-            fibres.add_integrals(u, *arrays, points, activations, self._law, sums)
+            fibres.add_integrals(u, *arrays, points, activations, self.law, sums)
         return sums
 
     def _energy(self, u: FloatArray, activations: FloatArray, forces: FloatArray | None) -> float:
         target = np.empty((0, 3)) if forces is None else forces
         return sum(
-            fibres.energy_and_forces(u, *arrays, points, activations, self._law, forces is not None, target)
+            fibres.energy_and_forces(u, *arrays, points, activations, self.law, forces is not None, target)
             for arrays, points in self._blocks()
         )
 
     def _blocks(self) -> Iterator[tuple[tuple[Any, ...], FibrePoints]]:
-        for block, points in zip(self._discretisation.volumes, self._points, strict=True):
+        for block, points in zip(self._discretisation.volumes, self.points, strict=True):
             yield (block.cells.connectivity, block.gradients, block.weights), points

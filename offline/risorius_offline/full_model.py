@@ -178,11 +178,8 @@ class FullModel:
 
     def point_jacobians(self, u: FloatArray) -> FloatArray:
         """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
-        values = []
-        for block in self.discretisation.blocks:
-            gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
-            values.append(np.linalg.det(gradient + np.eye(3)).ravel())
-        return np.concatenate(values)
+        blocks = self.discretisation.blocks
+        return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
     def _element_tangent(self, u: FloatArray, project: bool) -> FloatArray:
         values = self.tissue.tangent(u, project=project)

@@ -56,7 +56,7 @@ def dead_loads(discretisation: Discretisation, muscles: Sequence[Muscle]) -> Flo
     for number, muscle in enumerate(muscles):
         if isinstance(muscle.load, ForceDensity):
             with _naming(muscle):
-                density = _force_density(discretisation, muscle, muscle.load)
+                density = force_density(discretisation, muscle, muscle.load)
             columns[:, number] = _nodal_forces(discretisation, density)
     return columns
 
@@ -80,8 +80,8 @@ def _active_fields(
     return flat[order], np.concatenate(directions)[order], np.concatenate(owner)[order], np.concatenate(stress)[order]
 
 
-def _force_density(discretisation: Discretisation, muscle: Muscle, load: ForceDensity) -> FloatArray:
-    """(p, 3) force density at all volume points, N/m^3."""
+def force_density(discretisation: Discretisation, muscle: Muscle, load: ForceDensity) -> FloatArray:
+    """(p, 3) force density (7.3) of a muscle at full activation at all volume points, N/m^3."""
     density = np.zeros((sum(block.weights.size for block in discretisation.volumes), 3))
     field = muscle.fibres.field(discretisation)
     density[field.points] = load.magnitude * field.directions

@@ -23,6 +23,7 @@ from risorius_offline.discretisation import Discretisation, IntArray
 from risorius_offline.muscles.areas import Area
 from risorius_offline.muscles.constrained_minimum import assembled, constrained_minimum
 from risorius_offline.muscles.fibres import FibreField, InsertionEnd
+from risorius_offline.muscles.laplace_fibres import LaplaceFibres
 from risorius_offline.muscles.region import Region, normalised
 
 Capsule: TypeAlias = Literal["sliding", "fixed"]
@@ -73,6 +74,10 @@ class DeformationFibres:
         if self.capsule == "sliding":
             free.append(_tangential_variations(areas.capsule, ends, len(tau)))
         return constrained_minimum(stiffness, tau.ravel(), sp.hstack(free, format="csr")).reshape(-1, 3)
+
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the harmonic fibres of the region, metres: both join the same ends."""
+        return LaplaceFibres(self.region).length(discretisation)
 
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Centroid and mean normal of the insertion."""

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import h5py
 import numpy as np
+from scipy.special import ellipe
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
@@ -42,6 +43,12 @@ class Ellipse:
         first = np.array(self.first_axis) - normal * (normal @ np.array(self.first_axis))
         first /= np.linalg.norm(first)
         return np.array([first, np.cross(normal, first), normal])
+
+    @property
+    def circumference(self) -> float:
+        """Metres: 4 a E(1 - b^2 / a^2), the complete elliptic integral of the second kind."""
+        short, long = sorted(self.semi_axes)
+        return 4.0 * long * float(ellipe(1.0 - (short / long) ** 2))
 
     def curve(self, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position, first and second derivative (k, 3) at eccentric angles (k,)."""

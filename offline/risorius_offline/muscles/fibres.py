@@ -43,6 +43,10 @@ class Fibres(Protocol):
         """Tissue and directions; raises InputError where there is no tissue."""
         ...
 
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the fibres at rest, metres."""
+        ...
+
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """The end that an insertion cone prolongs; raises InputError for a muscle without an insertion."""
         ...

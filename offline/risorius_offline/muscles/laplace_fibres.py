@@ -9,10 +9,11 @@ import h5py
 import numpy as np
 import scipy.sparse as sp
 
+from risorius.jaw import FloatArray
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.muscles.constrained_minimum import assembled, constrained_minimum
 from risorius_offline.muscles.fibres import FibreField, InsertionEnd
-from risorius_offline.muscles.region import Region, normalised
+from risorius_offline.muscles.region import Region, RegionBlock, normalised
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,24 @@ class LaplaceFibres:
 
     def field(self, discretisation: Discretisation) -> FibreField:
         """All points of the region where psi has a gradient; raises InputError for a region without proper areas."""
+        return normalised(*self._gradients(discretisation))
+
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the fibres, metres, weighted by the flux of grad psi in them.
+
+        Flux is the same all along a fibre, so that its integral over the fibres' lengths is that of |grad psi| over the
+        region, and the flux of all fibres is the integral of |grad psi|^2.
+        """
+        blocks, gradients = self._gradients(discretisation)
+        norms = [np.linalg.norm(g, axis=2) for g in gradients]
+        along, flux = (
+            sum(float((block.weights * norm**power).sum()) for block, norm in zip(blocks, norms, strict=True))
+            for power in (1, 2)
+        )
+        return along / flux
+
+    def _gradients(self, discretisation: Discretisation) -> tuple[list[RegionBlock], list[FloatArray]]:
+        """Blocks of the region and grad psi (e, q, 3) at their points."""
         areas, blocks = self.region.areas(discretisation), self.region.blocks(discretisation)
         count = len(discretisation.points)
         stiffness = assembled(
@@ -39,8 +58,7 @@ class LaplaceFibres:
         free = np.setdiff1d(inside, np.union1d(areas.origin.nodes, areas.insertion.nodes))
         variations = sp.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))), shape=(count, len(free)))
         psi = constrained_minimum(stiffness, psi, variations)
-        gradients = [np.einsum("eqai,ea->eqi", b.gradients, psi[b.connectivity]) for b in blocks]
-        return normalised(blocks, gradients)
+        return blocks, [np.einsum("eqai,ea->eqi", b.gradients, psi[b.connectivity]) for b in blocks]
 
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Centroid and mean normal of the insertion."""

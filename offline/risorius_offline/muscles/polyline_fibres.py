@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -34,6 +35,10 @@ class PolylineFibres:
             raise InputError(no_tissue(self.radius))
         return FibreField(inside, -tangent[inside])
 
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the lines, metres."""
+        return mean_length(self.lines)
+
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Mean of the last points and of the last tangents of the lines."""
         ends = np.array([line[-1] for line in self.lines])
@@ -56,6 +61,11 @@ def no_tissue(radius: float) -> str:
     return (
         f"no tissue within its radius of {1e3 * radius:g} mm; check its coordinates, its units or give a larger radius"
     )
+
+
+def mean_length(lines: Iterable[FloatArray]) -> float:
+    """Mean length of polylines (k, 3), in their unit."""
+    return float(np.mean([np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines]))
 
 
 def mean_end(ends: FloatArray, tangents: FloatArray, radius: float) -> InsertionEnd:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -37,6 +38,10 @@ class RadialFibres:
         plane = self.ellipse.axes[:2]
         inwards = inwards @ plane.T @ plane
         return FibreField(inside, inwards / np.linalg.norm(inwards, axis=1, keepdims=True))
+
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the radial lines in the tube, pi/2 times its radius, metres."""
+        return 0.5 * math.pi * self.radius
 
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Raises InputError: a sphincter has none."""

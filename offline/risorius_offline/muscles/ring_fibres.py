@@ -31,6 +31,10 @@ class RingFibres:
         tangent = self.ellipse.curve(angle)[1]
         return FibreField(inside, tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
 
+    def length(self, discretisation: Discretisation) -> float:
+        """Circumference of the ellipse, metres."""
+        return self.ellipse.circumference
+
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Raises InputError: a ring has none."""
         raise InputError("a ring of fibres has no insertion; leave the insertion cone out")

@@ -15,10 +15,11 @@ from risorius.jaw import FloatArray
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.muscles.closest_point import Curve, closest_parameters
 from risorius_offline.muscles.fibres import FibreField, InsertionEnd, volume_positions
-from risorius_offline.muscles.polyline_fibres import mean_end, no_tissue
+from risorius_offline.muscles.polyline_fibres import mean_end, mean_length, no_tissue
 
 DEGREE = 3
 SAMPLES_PER_SPAN = 16
+CHORDS = 1000  # of a spline, when its length is measured
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,10 @@ class SplineFibres:
             raise InputError(no_tissue(self.radius))
         directions = -tangent[inside] / np.linalg.norm(tangent[inside], axis=1, keepdims=True)
         return FibreField(inside, directions)
+
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the splines, metres, along fine chords."""
+        return mean_length(spline(np.linspace(0.0, 1.0, CHORDS + 1)) for spline in self.splines)
 
     def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
         """Mean of the ends and of the end tangents of the lines."""
