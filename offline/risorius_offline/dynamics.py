@@ -26,7 +26,7 @@ from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
 from risorius_offline.inertia import Inertia, Medium
 from risorius_offline.newton import GuardedNewton, SolverReport
-from risorius_offline.time_stage import Motion, StageEnergy, UnitStrain
+from risorius_offline.time_stage import Motion, StageEnergy
 
 GAMMA = 1.0 - np.sqrt(0.5)
 
@@ -158,7 +158,7 @@ class MotionSolver:
     ) -> Motion | None:
         """Backward Euler over a time from an anchor; None when it does not converge."""
         self.model.set_parameters(parameters)
-        energy = StageEnergy(self.model, self._inertia, stiffness, self._unit, anchor, 1.0 / time)
+        energy = StageEnergy(self.model, self._inertia, stiffness, anchor, 1.0 / time)
         newton = GuardedNewton(self.tolerance, self.max_iterations)
         u = newton.minimise(energy, min(guesses, key=energy.energy), report)
         return None if u is None else energy.motion(u)
@@ -170,7 +170,3 @@ class MotionSolver:
     @cached_property
     def _inertia(self) -> Inertia:
         return Inertia(self.model.discretisation, self.medium)
-
-    @cached_property
-    def _unit(self) -> UnitStrain:
-        return UnitStrain.of(self.model)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -19,6 +20,10 @@ from risorius_offline.linear_solver import SOLVERS, default_solver
 from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
+from risorius_offline.unit_strain import UnitStrain
+
+# A body strained less than this is as good as at rest.
+STRAIN_OF_REST = 1e-6
 
 
 class FullModel:
@@ -138,9 +143,18 @@ class FullModel:
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
 
     def force_scale(self, forces: FloatArray) -> float:
-        """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
-        active = self._muscle_forces_at_rest @ self._activations
-        return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
+        """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with.
+
+        At least the forces of a body that is as good as at rest, which are no measure of what a residual should be.
+        """
+        active = np.linalg.norm(self._muscle_forces_at_rest @ self._activations)
+        reactions = np.linalg.norm(forces.reshape(-1)[self.prescribed])
+        return math.hypot(active, reactions, STRAIN_OF_REST * self._unit_strain.force)
+
+    @property
+    def energy_scale(self) -> float:
+        """Energy (J) at unit strain, which rounding is relative to."""
+        return self._unit_strain.energy
 
     @cached_property
     def system(self) -> TangentSystem:
@@ -190,3 +204,7 @@ class FullModel:
     @cached_property
     def _muscle_forces_at_rest(self) -> FloatArray:
         return self.muscle_forces(np.zeros_like(self.anatomy.points))
+
+    @cached_property
+    def _unit_strain(self) -> UnitStrain:
+        return UnitStrain.of(self.discretisation, self.anatomy.materials)

@@ -21,7 +21,7 @@ ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
 PROJECTIONS = (0.0, 0.25, 1.0)
-# Relative changes of the energy below this are rounding, and the line search cannot judge them.
+# Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
 
@@ -29,6 +29,11 @@ class Energy(Protocol):
     """What is minimised over the free components of a displacement u (n, 3)."""
 
     free: IntArray
+
+    @property
+    def energy_scale(self) -> float:
+        """Joules that the terms of the energy are made of, though they may cancel: what rounding is relative to."""
+        ...
 
     def energy(self, u: FloatArray) -> float:
         """Joules; infinite where u is not admissible."""
@@ -54,7 +59,7 @@ class Energy(Protocol):
         ...
 
     def force_scale(self, forces: FloatArray) -> float:
-        """Norm (N) of the forces that balance in forces (n, 3): what a residual is compared with."""
+        """Norm (N) of the forces that balance in forces (n, 3), not zero: what a residual is compared with."""
         ...
 
 
@@ -91,7 +96,7 @@ class GuardedNewton:
             if not np.isfinite(value):
                 return None
             gradient = forces.reshape(-1)[energy.free]
-            report.residual = _relative(gradient, energy.force_scale(forces))
+            report.residual = float(np.linalg.norm(gradient)) / energy.force_scale(forces)
             report.energy, report.smallest_jacobian = value, smallest
             if report.residual <= self.tolerance:
                 return u
@@ -107,11 +112,6 @@ class GuardedNewton:
             report.iterations += 1
             u, last_residual = following, report.residual
         return None
-
-
-def _relative(gradient: FloatArray, scale: float) -> float:
-    norm = float(np.linalg.norm(gradient))
-    return norm / scale if scale > 0.0 else norm
 
 
 def _factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
@@ -135,11 +135,12 @@ def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float) -> 
     slope = float(gradient @ flat[energy.free])
     if slope >= 0.0:
         return None
+    rounding = ENERGY_PRECISION * max(abs(value), energy.energy_scale)
     length = energy.largest_step(u, direction)
     while length >= SMALLEST_STEP_LENGTH:
         trial = u + length * direction
         reached = energy.energy(trial)
-        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + ENERGY_PRECISION * abs(value):
+        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + rounding:
             return trial
         length *= 0.5
     return None

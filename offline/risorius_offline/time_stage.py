@@ -6,7 +6,7 @@ At the end of a stage velocity and acceleration are differences from anchors tha
 
 so that M a + C v + dE/du = 0 is where, with w = u - u_anchor, this is stationary:
 
-    E(u) + 1/2 w . (rate^2 M + rate C) w - rate w . M v_anchor + 1/2 v_anchor . M v_anchor
+    E(u) + 1/2 w . (rate^2 M + rate C) w - rate w . M v_anchor
 """
 
 from __future__ import annotations
@@ -20,9 +20,6 @@ from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
 from risorius_offline.inertia import Inertia
 
-# A body strained less than this is as good as at rest: its forces are no measure of what a residual should be.
-STRAIN_OF_REST = 1e-6
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -32,40 +29,16 @@ class Motion:
     velocity: FloatArray
 
 
-@dataclass(frozen=True)
-class UnitStrain:
-    """Energy (J) and norm of nodal forces (N), both of the order of unit strain: rounding is relative to them."""
-
-    energy: float
-    force: float
-
-    @classmethod
-    def of(cls, model: FullModel) -> UnitStrain:
-        """The logarithm of J rounds by c10 in the energy, the dilatation by the bulk modulus in the forces."""
-        c10 = np.array([material.c10 for material in model.anatomy.materials])
-        bulk = np.array([material.bulk for material in model.anatomy.materials])
-        layer = np.concatenate([block.cells.layer for block in model.discretisation.volumes])
-        volume = np.concatenate([block.weights.sum(axis=1) for block in model.discretisation.volumes])
-        return cls(float(c10[layer] @ volume), float(np.linalg.norm(bulk[layer] * volume ** (2 / 3))))
-
-
 class StageEnergy:
-    """What a stage minimises, a `newton.Energy`.
+    """What a stage minimises, a `newton.Energy`."""
 
-    It is counted from a datum, minus the energy of unit strain, which sets the size of its rounding: otherwise, where
-    its terms cancel, a line search takes rounding for an ascent.
-    """
-
-    def __init__(
-        self, model: FullModel, inertia: Inertia, stiffness: FloatArray, unit: UnitStrain, anchor: Motion, rate: float
-    ) -> None:
+    def __init__(self, model: FullModel, inertia: Inertia, stiffness: FloatArray, anchor: Motion, rate: float) -> None:
         self.free = model.free
         self._model = model
         self._anchor, self._rate = anchor, rate
         self._values, self._metric = inertia.metric(rate, stiffness)
         self._momentum = rate * (inertia.mass @ anchor.velocity.ravel())
-        self._datum = unit.energy + inertia.kinetic_energy(anchor.velocity)
-        self._force_of_rest = STRAIN_OF_REST * unit.force
+        self.energy_scale = model.energy_scale + inertia.kinetic_energy(anchor.velocity)
         self._resistance = np.zeros(model.discretisation.dof_count)
 
     def motion(self, u: FloatArray) -> Motion:
@@ -73,9 +46,9 @@ class StageEnergy:
         return Motion(u, self._rate * (u - self._anchor.u))
 
     def energy(self, u: FloatArray) -> float:
-        """Joules above the datum; infinite where u is not admissible."""
+        """Joules; infinite where u is not admissible."""
         w = (u - self._anchor.u).ravel()
-        return self._datum + self._model.energy(u) + float(w @ (0.5 * (self._metric @ w) - self._momentum))
+        return self._model.energy(u) + float(w @ (0.5 * (self._metric @ w) - self._momentum))
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
         """Energy, smallest J and dE/du + M a + C v (n, 3) in newtons; at prescribed nodes these are reactions."""
@@ -83,7 +56,7 @@ class StageEnergy:
         w = (u - self._anchor.u).ravel()
         pull = self._metric @ w
         self._resistance = pull - self._momentum
-        energy += self._datum + float(w @ (0.5 * pull - self._momentum))
+        energy += float(w @ (0.5 * pull - self._momentum))
         return energy, smallest, forces + self._resistance.reshape(u.shape)
 
     def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
@@ -102,4 +75,4 @@ class StageEnergy:
     def force_scale(self, forces: FloatArray) -> float:
         """Norm (N) of muscle forces, reactions, and inertia with damping where `forces` was last asked."""
         resistance = float(np.linalg.norm(self._resistance[self.free]))
-        return math.hypot(self._model.force_scale(forces), resistance, self._force_of_rest)
+        return math.hypot(self._model.force_scale(forces), resistance)
