@@ -12,9 +12,9 @@ from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation
-from risorius_offline.effects import Effect, NodeBlocks
+from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import SOLVERS, default_solver
-from risorius_offline.muscles.polyline_fibres import fibre_points
+from risorius_offline.muscles.assembly import active_tensors, dead_loads
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
 
@@ -38,9 +38,11 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
-        self._fibres = self._fibre_operator()
-        self.tissue = Tissue(self.discretisation, anatomy.materials, self._fibres, mean_dilatation)
+        self._active_tensors = active_tensors(self.discretisation, anatomy.muscles)
+        self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
+        self.tissue = Tissue(self.discretisation, anatomy.materials, self._active_tensors, mean_dilatation)
         prescribed = anatomy.skull | anatomy.jaw
+        self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
 
@@ -51,7 +53,9 @@ class FullModel:
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
-        self.tissue.set_activations(parameters[: self.muscle_count])
+        self._activations = parameters[: self.muscle_count]
+        self.tissue.set_activations(self._activations)
+        self._dead_load = DeadLoad((self._dead_loads @ self._activations).reshape(-1, 3))
         for effect in self.effects:
             effect.set_parameters(parameters)
 
@@ -65,9 +69,23 @@ class FullModel:
             u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
         return u
 
+    def follow_bones(self, u: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+        """Displacement u (n, 3) with the bones moved from parameters `before` to `after`, where they land exactly.
+
+        Tissue follows to first order, as far as surfaces let it.
+        """
+        followed = u.copy()
+        motion = self.anatomy.jaw_motion
+        if motion is not None:
+            change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
+            direction = np.tensordot(change, self.lift_fields, axes=1)
+            followed += self.largest_step(u, direction) * direction
+        followed.reshape(-1)[self.prescribed] = self.prescribed_motion(after).reshape(-1)[self.prescribed]
+        return followed
+
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
-        total, _ = self.tissue.energy(u)
+        total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
         for effect in self.effects:
             if np.isfinite(total):
                 total += effect.energy(u)
@@ -77,6 +95,7 @@ class FullModel:
         """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
+        total += self._dead_load.add_forces(u, forces)
         for effect in self.effects:
             total += effect.add_forces(u, forces)
         return total, smallest, forces
@@ -102,9 +121,9 @@ class FullModel:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
 
-    def force_scale(self, forces: FloatArray, parameters: FloatArray) -> float:
+    def force_scale(self, forces: FloatArray) -> float:
         """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
-        active = self.muscle_forces @ parameters[: self.muscle_count]
+        active = self.muscle_forces @ self._activations
         return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
 
     @cached_property
@@ -117,11 +136,11 @@ class FullModel:
     @cached_property
     def muscle_forces(self) -> FloatArray:
         """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
-        columns = np.zeros((self.discretisation.dof_count, self.muscle_count))
+        columns = -self._dead_loads
         start = 0
         for block in self.discretisation.volumes:
             size = block.weights.size * 6
-            fibres = self._fibres[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
+            fibres = self._active_tensors[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
             full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
             nodal = np.einsum("eq,eqijm,eqaj->eaim", block.weights, full, block.gradients, optimize=True)
             dofs = 3 * block.cells.connectivity[:, :, None] + np.arange(3)
@@ -135,16 +154,22 @@ class FullModel:
         motion = self.anatomy.jaw_motion
         if motion is None:
             return np.zeros((0, *self.anatomy.points.shape))
-        self.set_parameters(np.zeros(len(self.anatomy.inputs.parameters)))
-        values = self.tissue.tangent(np.zeros_like(self.anatomy.points))
+        values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
         self.system.factorise(values, [])
         pattern = self.discretisation.pattern
-        upper = sp.csr_matrix((values.copy(), pattern.indices, pattern.indptr), shape=pattern.shape)
+        upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
         fields = np.where(self.anatomy.jaw[:, None], motion.unit_motions(self.anatomy.points), 0.0)
         flat = fields.reshape(len(fields), -1)
         flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
         return fields
+
+    def passive_stiffness(self, u: FloatArray, *, project: bool = False) -> FloatArray:
+        """Values (nnz,) in `discretisation.pattern` of the tangent of the tissue at u without activation."""
+        self.tissue.set_activations(np.zeros(self.muscle_count))
+        values = self.tissue.tangent(u, project=project).copy()
+        self.tissue.set_activations(self._activations)
+        return values
 
     def point_jacobians(self, u: FloatArray) -> FloatArray:
         """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
@@ -153,21 +178,3 @@ class FullModel:
             gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
             values.append(np.linalg.det(gradient + np.eye(3)).ravel())
         return np.concatenate(values)
-
-    def _fibre_operator(self) -> sp.csr_matrix:
-        """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
-        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.volumes])
-        rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
-        for number, muscle in enumerate(self.anatomy.muscles):
-            inside, t = fibre_points(positions, muscle.polylines, muscle.radius)
-            if not len(inside):
-                raise InputError(
-                    f"muscle {muscle.name!r} has no tissue within its radius of {1e3 * muscle.radius:g} mm; "
-                    "check its coordinates, its units or give a larger radius"
-                )
-            x, y, z = t.T
-            values.append(muscle.max_stress * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1).ravel())
-            rows.append((6 * inside[:, None] + np.arange(6)).ravel())
-            columns.append(np.full(6 * len(inside), number))
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))

@@ -1,0 +1,140 @@
+"""A guarded Newton method for the minimum of an energy that is infinite where a state is not admissible.
+
+Directions come from a factorised tangent; when it is not positive definite, its pieces are projected (Teran et al.
+2005). A line search on the energy (Armijo) never leaves the admissible states: J > 0 at every point, no surface through
+another. Factors are kept while they contract the residual well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from risorius.jaw import FloatArray
+from risorius_offline.discretisation import IntArray
+from risorius_offline.linear_solver import NotPositiveDefiniteError
+
+ARMIJO = 1e-4
+SMALLEST_STEP_LENGTH = 1e-6
+GOOD_CONTRACTION = 0.25
+# Relative changes of the energy below this are rounding, and the line search cannot judge them.
+ENERGY_PRECISION = 1e-13
+
+
+class Energy(Protocol):
+    """What is minimised over the free components of a displacement u (n, 3)."""
+
+    free: IntArray
+
+    def energy(self, u: FloatArray) -> float:
+        """Joules; infinite where u is not admissible."""
+        ...
+
+    def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
+        """Energy, smallest J and the derivative of the energy (n, 3), newtons."""
+        ...
+
+    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
+        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError."""
+        ...
+
+    def solve(self, right_hand_side: FloatArray) -> FloatArray:
+        """Solution over the free components with the last factors."""
+        ...
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Fraction in (0, 1] of a direction (n, 3) that stays admissible all along."""
+        ...
+
+    def force_scale(self, forces: FloatArray) -> float:
+        """Norm (N) of the forces that balance in forces (n, 3): what a residual is compared with."""
+        ...
+
+
+@dataclass
+class SolverReport:
+    """What a solve took and reached: iteration counts, smallest J, energy (J), relative residual, load steps."""
+
+    converged: bool = False
+    iterations: int = 0
+    factorisations: int = 0
+    projections: int = 0
+    steps: int = 0
+    rejected_steps: int = 0
+    smallest_jacobian: float = 1.0
+    energy: float = 0.0
+    residual: float = 0.0
+
+
+@dataclass(frozen=True)
+class GuardedNewton:
+    """tolerance: norm of the free forces relative to the forces that balance. max_iterations: before giving up."""
+
+    tolerance: float
+    max_iterations: int
+
+    def minimise(self, energy: Energy, u: FloatArray, report: SolverReport) -> FloatArray | None:
+        """Minimum reached from an admissible u (n, 3), prescribed components kept; None when none is in reach.
+
+        The report is added to: counts go on, energy, residual and smallest J are those of the last iterate.
+        """
+        last_residual, have_factors = np.inf, False
+        for _ in range(self.max_iterations):
+            value, smallest, forces = energy.forces(u)
+            if not np.isfinite(value):
+                return None
+            gradient = forces.reshape(-1)[energy.free]
+            report.residual = _relative(gradient, energy.force_scale(forces))
+            report.energy, report.smallest_jacobian = value, smallest
+            if report.residual <= self.tolerance:
+                return u
+            contracts_well = have_factors and report.residual <= GOOD_CONTRACTION * last_residual
+            following = _step(energy, u, gradient, value) if contracts_well else None
+            if following is None:
+                if not _factorise(energy, u, report):
+                    return None
+                have_factors = True
+                following = _step(energy, u, gradient, value)
+            if following is None:
+                return None
+            report.iterations += 1
+            u, last_residual = following, report.residual
+        return None
+
+
+def _relative(gradient: FloatArray, scale: float) -> float:
+    norm = float(np.linalg.norm(gradient))
+    return norm / scale if scale > 0.0 else norm
+
+
+def _factorise(energy: Energy, u: FloatArray, report: SolverReport) -> bool:
+    """Factorise the tangent at u, projected where it must be; False when even that is not positive definite."""
+    for project in (False, True):
+        report.factorisations += 1
+        report.projections += project
+        try:
+            energy.factorise(u, project=project)
+            return True
+        except NotPositiveDefiniteError:
+            continue
+    return False
+
+
+def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float) -> FloatArray | None:
+    """One step with the factors at hand; None when it does not descend."""
+    direction = np.zeros_like(u)
+    flat = direction.reshape(-1)
+    flat[energy.free] = -energy.solve(gradient)
+    slope = float(gradient @ flat[energy.free])
+    if slope >= 0.0:
+        return None
+    length = energy.largest_step(u, direction)
+    while length >= SMALLEST_STEP_LENGTH:
+        trial = u + length * direction
+        reached = energy.energy(trial)
+        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + ENERGY_PRECISION * abs(value):
+            return trial
+        length *= 0.5
+    return None
