@@ -58,14 +58,14 @@ class BoneContact:
     is not usable.
     """
 
-    def __init__(self, anatomy: Anatomy, gap_tolerance: float = 2e-4, pressure: float = 50e3) -> None:
+    def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
         self._motion = anatomy.jaw_motion
         if not anatomy.bones:
             raise InputError(f"anatomy {anatomy.name!r} has no bones; contact needs the surface of one at least")
         areas = _nodal_areas(anatomy)
         self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.skull & ~anatomy.jaw)
-        self._areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
+        self.areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
         self._bones = tuple(self._bone(anatomy, name) for name in anatomy.bones)
         self._jaw = _STILL
 
@@ -88,14 +88,14 @@ class BoneContact:
     def energy(self, u: FloatArray) -> float:
         """Joules; finite everywhere."""
         overlaps = (np.maximum(self._overlap(bone, u), 0.0) for bone in self._bones)
-        return sum(self._energy(self._areas, overlap) for overlap in overlaps)
+        return sum(self._energy(self.areas, overlap) for overlap in overlaps)
 
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
         energy = 0.0
         for bone in self._bones:
             touching, overlap, gradient, _ = self._contacts(bone, u)
-            areas = self._areas[touching]
+            areas = self.areas[touching]
             pressure = self._pressure * (overlap / self._tolerance) ** 2
             forces[self.nodes[touching]] -= (areas * pressure)[:, None] * gradient
             energy += self._energy(areas, overlap)
@@ -106,7 +106,7 @@ class BoneContact:
         nodes, matrices = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3, 3))]
         for bone in self._bones:
             touching, overlap, gradient, hessian = self._contacts(bone, u)
-            scale = self._areas[touching] * self._pressure / self._tolerance**2
+            scale = self.areas[touching] * self._pressure / self._tolerance**2
             normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
             nodes.append(self.nodes[touching])
             matrices.append(normal - (scale * overlap**2)[:, None, None] * hessian)

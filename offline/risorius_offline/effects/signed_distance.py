@@ -1,7 +1,9 @@
-"""Signed distance to a bone as a twice continuously differentiable function: cubic B-splines on a regular grid.
+"""Distance to a bone as a twice continuously differentiable function: cubic B-splines on a regular grid.
 
-The distance itself has kinks: beside edges outside, on the medial axis inside. The spline rounds them off over about
-two grid cells, so that tissue slides over teeth and Newton's method finds a continuous second derivative.
+The distance itself has kinks: beside edges outside, on the medial axis inside. Here its samples are the coefficients of
+the splines, not their values. That smooths it over about the spacing h: planes are exact, a sphere of radius R recedes
+by h^2 / (3 R), nothing overshoots. Teeth keep their shape; bumps finer than the tissue's mesh, into which single nodes
+would fall, vanish. So tissue slides, and Newton's method converges.
 """
 
 from __future__ import annotations
@@ -11,7 +13,6 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from scipy.ndimage import spline_filter
 
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Surface
@@ -19,7 +20,7 @@ from risorius_offline.effects.triangle_distance import signed_distances
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
-# Grid cells between the band and the end of the grid, where the spline has come to rest at the band's width.
+# Grid cells between the band and the end of the grid: the spline ends at the band's width, as it goes on beyond.
 MARGIN = 4
 
 
@@ -27,7 +28,7 @@ MARGIN = 4
 class SignedDistance:
     """Distance to a bone in metres, negative inside, cut off at +-band; beyond the grid it is the band: far.
 
-    origin (3,) and spacing of the grid, coefficients (nx, ny, nz) of the B-splines.
+    origin (3,) and spacing of the grid in metres, coefficients (nx, ny, nz) of the B-splines in metres.
     """
 
     origin: FloatArray
@@ -36,13 +37,12 @@ class SignedDistance:
     coefficients: FloatArray
 
     @classmethod
-    def of(cls, surface: Surface, spacing: float = 7e-4, band: float = 6e-3) -> SignedDistance:
-        """Distance to a surface, which may be open; raises InputError for triangles that are wound differently."""
+    def of(cls, surface: Surface, spacing: float = 1.5e-3, band: float = 6e-3) -> SignedDistance:
+        """Distance to a surface, which may be open; raises InputError for one whose sides cannot be told."""
         border = band + MARGIN * spacing
         origin = surface.points.min(axis=0) - border
         nx, ny, nz = (int(n) + 2 for n in (surface.points.max(axis=0) + border - origin) / spacing)
-        distances = signed_distances(surface, origin, spacing, (nx, ny, nz), band)
-        return cls(origin, spacing, band, spline_filter(distances, order=3, mode="mirror"))
+        return cls(origin, spacing, band, signed_distances(surface, origin, spacing, (nx, ny, nz), band))
 
     def values(self, points: FloatArray) -> FloatArray:
         """Distances (k,) of points (k, 3)."""
