@@ -250,6 +250,23 @@ def test_no_step_takes_a_node_deeper_than_2_mm_into_a_bone():
     assert contact.largest_step(u, 0.1 * down) == 1.0
 
 
+def test_step_that_goes_along_with_the_jaw_is_not_cut_but_one_over_the_jaw_is():
+    anatomy = tissue_block()
+    top = np.isclose(anatomy.points[:, 2], 0.02)
+    jaw = {"jaw": sphere_surface(0.008, (0.004, 0.006, -0.0082), 16)}
+    contact, motion = BoneContact(replace(anatomy, skull=~np.ones(125, bool), jaw=top, bones=jaw)), anatomy.jaw_motion
+    opening = np.array([0.5, 0.0, 1.0])
+    contact.set_parameters(opening)
+    change = motion.lift_coordinates(np.array([1.0, 1.0, 0.0])) - motion.lift_coordinates(opening)
+    u, direction = (
+        np.tensordot(lifts, motion.unit_motions(anatomy.points), axes=1)
+        for lifts in (motion.lift_coordinates(opening), change)
+    )
+    assert contact.largest_step(u, direction) == 1.0
+    direction[top] = 0.0
+    assert contact.largest_step(u, direction) < 0.5
+
+
 def pressed(anatomy, surface, depth, tolerance=TOLERANCE):
     """Equilibrium of tissue fixed at z = 0 into which a jaw of that surface goes down; model and contact."""
     motion = JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, -depth, 0.0)

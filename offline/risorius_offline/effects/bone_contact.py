@@ -67,7 +67,10 @@ class BoneContact:
         self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.skull & ~anatomy.jaw)
         self.areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
         self._bones = tuple(self._bone(anatomy, name) for name in anatomy.bones)
-        self._jaw = _STILL
+        self._jaw, self._jaw_nodes = _STILL, anatomy.jaw
+        if self._motion is not None:  # lift coordinates (4, 3 j) of a displacement of the jaw's prescribed nodes
+            motions = self._motion.unit_motions(anatomy.points[anatomy.jaw])
+            self._lifts = np.linalg.pinv(motions.reshape(len(motions), -1).T)
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the pose of the jaw from the parameters (p,)."""
@@ -114,10 +117,16 @@ class BoneContact:
         return NodeBlocks(np.concatenate(nodes)[:, None], _positive_part(blocks) if project else blocks)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Fraction of `direction` (n, 3) that takes no node 2 mm into a bone, or by 2 mm where it is in one."""
-        reach = LARGEST_APPROACH + np.maximum(self.gaps(u), 0.0)
-        length = np.linalg.norm(direction[self.nodes], axis=1)
-        return float(min(1.0, np.min(reach / np.maximum(length, np.finfo(float).tiny), initial=1.0)))
+        """Fraction of `direction` (n, 3) that takes no node 2 mm into a bone, or by 2 mm where it is in one.
+
+        The bones move with their prescribed nodes: only what tissue moves relative to them counts.
+        """
+        fraction = 1.0
+        for bone in self._bones:
+            reach = LARGEST_APPROACH + np.maximum(self._tolerance - self._overlap(bone, u), 0.0)
+            length = np.linalg.norm(direction[self.nodes] - self._bone_step(bone, u, direction), axis=1)
+            fraction = min(fraction, float(np.min(reach / np.maximum(length, np.finfo(float).tiny), initial=1.0)))
+        return fraction
 
     def _bone(self, anatomy: Anatomy, name: str) -> _Bone:
         try:
@@ -130,6 +139,15 @@ class BoneContact:
 
     def _pose(self, bone: _Bone) -> _Pose:
         return self._jaw if bone.moves else _STILL
+
+    def _bone_step(self, bone: _Bone, u: FloatArray, direction: FloatArray) -> FloatArray:
+        """What `direction` (n, 3) does to the bone, (k, 3) at the contact nodes as if they were part of it."""
+        step = np.zeros_like(self._rest)
+        if bone.moves and self._motion is not None:
+            lifts = self._lifts @ direction[self._jaw_nodes].ravel()
+            seen = self._pose(bone).at_rest(self._rest + u[self.nodes])
+            step += np.tensordot(lifts, self._motion.unit_motions(seen), axes=1)
+        return step
 
     def _overlap(self, bone: _Bone, u: FloatArray) -> FloatArray:
         """By how much (k,) the nodes are nearer than where contact begins; negative without contact."""
