@@ -59,7 +59,7 @@ class MotionSolver:
     model: FullModel
     medium: Medium = field(default_factory=Medium)
     tolerance: float = 1e-6
-    max_iterations: int = 40
+    max_iterations: int = 80
     smallest_fraction: float = 1.0 / 128.0
 
     def simulate(

@@ -87,14 +87,22 @@ class FullModel:
 
         Tissue follows to first order, as far as surfaces let it.
         """
-        followed = u.copy()
-        motion = self.anatomy.jaw_motion
-        if motion is not None:
-            change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
-            direction = np.tensordot(change, self.lift_fields, axes=1)
-            followed += self.largest_step(u, direction) * direction
+        direction = self._following(before, after)
+        followed = u + self.largest_step(u, direction) * direction
         followed.reshape(-1)[self.prescribed] = self.prescribed_motion(after).reshape(-1)[self.prescribed]
         return followed
+
+    def followed_share(self, u: FloatArray, before: FloatArray, after: FloatArray) -> float:
+        """Share of the way from parameters `before` to `after` on which surfaces let tissue follow the bones."""
+        return self.largest_step(u, self._following(before, after))
+
+    def _following(self, before: FloatArray, after: FloatArray) -> FloatArray:
+        """First-order displacement (n, 3) of tissue and bones between two sets of parameters."""
+        motion = self.anatomy.jaw_motion
+        if motion is None:
+            return np.zeros_like(self.anatomy.points)
+        change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
+        return np.tensordot(change, self.lift_fields, axes=1)
 
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
