@@ -1,0 +1,209 @@
+"""Contact of the tissue's surface with itself: lips with each other, cheeks with lips. One-sided and frictionless.
+
+A barrier on the distance d between boundary nodes and boundary triangles (Li et al. 2020, Incremental Potential
+Contact), per area of the node's surroundings at rest and per metre of distance, so that it converges with the mesh
+(Li et al. 2023, Convergent Incremental Potential Contact):
+
+    E = sum over nodes p  A_p/2 k_p ( sum over triangles b(d) - sum over edges b(d) + sum over corners b(d) )
+    b(d) = -(d - g_p)^2 ln(d / g_p)  for 0 < d < g_p, otherwise 0
+
+Edges and corners that triangles share are taken off and put back, so that a node over a flat place feels one barrier
+wherever the edges lie beneath it. Contact begins at the gap g_p and the distance never reaches zero. g_p is the gap
+tolerance, or CLEARANCE of the node's own distance at rest where that is less: rest is free of contact. Factor one half:
+a contact is seen from both sides. Edges do not see each other: two of them may cross by less than the surface's sagitta
+over an edge.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from risorius.jaw import FloatArray
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.discretisation import IntArray
+from risorius_offline.effects.contact_surface import ContactSurface, multiplicity
+from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.pairs import PairList
+from risorius_offline.effects.point_triangle import (
+    CORNERS,
+    TRIANGLE,
+    add_gradient,
+    add_hessian,
+    closest_point,
+    compiled,
+    inlined,
+    safe_fraction,
+)
+
+GAP_TOLERANCE = 0.2e-3
+PRESSURE_AT_HALF_GAP = 50e3
+CLEARANCE = 0.9
+# A step keeps this share of every distance.
+_KEPT_SHARE = 0.1
+_MARGIN = 0.5e-3
+# Longer motions are followed piece by piece, since the boxes that they sweep hold too many pairs.
+_LONGEST_SWEEP = 4e-3
+
+
+class LipContact:
+    """The effect for an anatomy; gap_tolerance in metres is where contact begins."""
+
+    def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
+        self._surface = ContactSurface.of(anatomy)
+        self._pairs = PairList(self._surface, gap_tolerance, _MARGIN)
+        at_rest = PairList(self._surface, gap_tolerance / CLEARANCE, 0.0).at(self._surface.points)
+        clearance = nearest(self._surface.points, at_rest, self._surface.triangles)
+        self._gaps = np.minimum(gap_tolerance, CLEARANCE * clearance)
+        _, slope, _ = barrier(0.5 * gap_tolerance, gap_tolerance)
+        # b'(g/2) is proportional to g: all nodes press alike at half their gap.
+        stiffness = -PRESSURE_AT_HALF_GAP / slope * (gap_tolerance / self._gaps)
+        surface = self._surface
+        self._weights = 0.5 * surface.areas * stiffness
+        self._topology = (surface.triangles, surface.bone, surface.across, surface.fans, surface.fan_starts)
+
+    def set_parameters(self, parameters: FloatArray) -> None:
+        """Contact does not depend on muscles or jaw weights."""
+
+    def energy(self, u: FloatArray) -> float:
+        """Joules; infinite where a node lies on a triangle."""
+        return float(self._integrate(u, np.empty((0, 3))))
+
+    def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
+        """Add dE/du to forces (n, 3) in newtons; returns the energy."""
+        own = np.zeros_like(self._surface.points)
+        energy = self._integrate(u, own)
+        forces[self._surface.nodes] += own
+        return float(energy)
+
+    def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
+        """Blocks of 4 nodes, one for every pair in contact."""
+        x = self._positions(u)
+        touching, matrices = contact_blocks(x, self._pairs.at(x), self._gaps, self._weights, *self._topology, project)
+        nodes = np.column_stack([touching[:, 0], self._surface.triangles[touching[:, 1]]])
+        return NodeBlocks(self._surface.nodes[nodes], matrices)
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Fraction in (0, 1] of a direction on which no node meets a triangle."""
+        x, motion = self._positions(u), direction[self._surface.nodes]
+        pieces = max(1, math.ceil(np.linalg.norm(motion, axis=1).max() / _LONGEST_SWEEP))
+        motion = motion / pieces
+        for piece in range(pieces):
+            pairs = self._pairs.swept(x, motion)
+            fraction = smallest_fraction(x, motion, pairs, self._surface.triangles, _KEPT_SHARE)
+            if fraction < 1.0:
+                return float((piece + fraction) / pieces)
+            x = x + motion
+        return 1.0
+
+    def smallest_gap(self, u: FloatArray) -> float:
+        """Smallest distance in metres of a node that is in contact; infinite when none is."""
+        x = self._positions(u)
+        distances = nearest(x, self._pairs.at(x), self._surface.triangles)
+        return float(np.min(distances[distances < self._gaps], initial=np.inf))
+
+    def _positions(self, u: FloatArray) -> FloatArray:
+        return self._surface.points + u[self._surface.nodes]
+
+    def _integrate(self, u: FloatArray, forces: FloatArray) -> float:
+        x = self._positions(u)
+        return contact_energy(x, self._pairs.at(x), self._gaps, self._weights, *self._topology, forces)
+
+
+@inlined
+def barrier(d, gap):  # type: ignore[no-untyped-def]
+    """b(d) of Li et al. 2020 on the distance itself, its first and second derivative, for 0 < d < gap."""
+    log, beyond = math.log(d / gap), d - gap
+    value = -beyond * beyond * log
+    slope = -2.0 * beyond * log - beyond * beyond / d
+    return value, slope, -2.0 * log - 4.0 * beyond / d + (beyond / d) ** 2
+
+
+@inlined
+def _gather(source, triangles, p, t, pair):  # type: ignore[no-untyped-def]
+    """Write the rows of node p and of the corners of triangle t into pair (4, 3)."""
+    for i in range(3):
+        pair[0, i] = source[p, i]
+        for a in range(3):
+            pair[1 + a, i] = source[triangles[t, a], i]
+
+
+@compiled
+def nearest(x, pairs, triangles):  # type: ignore[no-untyped-def]
+    """Distance (b,) of every node to the nearest triangle of its pairs; infinite without pairs."""
+    distances = np.full(len(x), np.inf)
+    pair, w = np.empty((4, 3)), np.empty(3)
+    for p, t in pairs:
+        _gather(x, triangles, p, t, pair)
+        distances[p] = min(distances[p], closest_point(pair, TRIANGLE, w))
+    return distances
+
+
+@compiled
+def smallest_fraction(x, motion, pairs, triangles, share):  # type: ignore[no-untyped-def]
+    """Largest fraction of motion (b, 3), up to 1, on which every pair keeps a share of its distance."""
+    fraction = 1.0
+    pair, v = np.empty((4, 3)), np.empty((4, 3))
+    for p, t in pairs:
+        _gather(x, triangles, p, t, pair)
+        _gather(motion, triangles, p, t, v)
+        fraction = safe_fraction(pair, v, share, fraction)
+    return fraction
+
+
+@compiled
+def contact_energy(x, pairs, gaps, weights, triangles, bone, across, fans, fan_starts, forces):  # type: ignore[no-untyped-def]
+    """Energy at positions x (b, 3); adds the forces (b, 3) unless that array is empty."""
+    total = 0.0
+    pair, w, gradient = np.empty((4, 3)), np.empty(3), np.empty(12)
+    for p, t in pairs:
+        _gather(x, triangles, p, t, pair)
+        distance = closest_point(pair, TRIANGLE, w)
+        if distance <= 0.0:
+            return math.inf
+        if not distance < gaps[p]:
+            continue
+        gradient[:] = 0.0
+        for feature in range(CORNERS[-1] + 1):
+            count = multiplicity(p, t, feature, triangles, bone, across, fans, fan_starts)
+            if count == 0.0:
+                continue
+            distance = closest_point(pair, feature, w)
+            if distance < gaps[p]:
+                value, slope, _ = barrier(distance, gaps[p])
+                total += count * weights[p] * value
+                add_gradient(pair, w, count * weights[p] * slope, gradient)
+        if len(forces):
+            for i in range(3):
+                forces[p, i] += gradient[i]
+                for a in range(3):
+                    forces[triangles[t, a], i] += gradient[3 + 3 * a + i]
+    return total
+
+
+@compiled
+def contact_blocks(x, pairs, gaps, weights, triangles, bone, across, fans, fan_starts, project):  # type: ignore[no-untyped-def]
+    """Pairs (c, 2) in contact and their second derivatives (c, 12, 12); `project` makes them positive semi-definite."""
+    pair, w = np.empty((4, 3)), np.empty(3)
+    chosen = np.zeros(len(pairs), dtype=np.bool_)
+    for number in range(len(pairs)):
+        p, t = pairs[number]
+        _gather(x, triangles, p, t, pair)
+        chosen[number] = closest_point(pair, TRIANGLE, w) < gaps[p]
+    touching = pairs[chosen]
+    blocks = np.zeros((len(touching), 12, 12))
+    for number in range(len(touching)):
+        p, t = touching[number]
+        _gather(x, triangles, p, t, pair)
+        for feature in range(CORNERS[-1] + 1):
+            count = multiplicity(p, t, feature, triangles, bone, across, fans, fan_starts)
+            distance = closest_point(pair, feature, w)
+            if count != 0.0 and distance < gaps[p]:
+                _, slope, curvature = barrier(distance, gaps[p])
+                factor = count * weights[p]
+                add_hessian(pair, w, factor * slope, factor * curvature, blocks[number])
+        if project:
+            values, vectors = np.linalg.eigh(blocks[number])
+            blocks[number] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return touching, blocks
