@@ -78,10 +78,10 @@ class LipContact:
         return float(energy)
 
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
-        """Blocks of 4 nodes, one for every pair in contact."""
+        """A block for every node in contact."""
         x = self._positions(u)
-        touching, matrices = contact_blocks(x, self._pairs.at(x), self._gaps, self._weights, *self._topology, project)
-        nodes = np.column_stack([touching[:, 0], self._surface.triangles[touching[:, 1]]])
+        touching = touching_pairs(x, self._pairs.at(x), self._gaps, self._surface.triangles)
+        nodes, matrices = contact_blocks(x, touching, self._gaps, self._weights, *self._topology, project)
         return NodeBlocks(self._surface.nodes[nodes], matrices)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
@@ -183,27 +183,68 @@ def contact_energy(x, pairs, gaps, weights, triangles, bone, across, fans, fan_s
 
 
 @compiled
-def contact_blocks(x, pairs, gaps, weights, triangles, bone, across, fans, fan_starts, project):  # type: ignore[no-untyped-def]
-    """Pairs (c, 2) in contact and their second derivatives (c, 12, 12); `project` makes them positive semi-definite."""
+def touching_pairs(x, pairs, gaps, triangles):  # type: ignore[no-untyped-def]
+    """Pairs (c, 2) that are nearer than the node's gap."""
     pair, w = np.empty((4, 3)), np.empty(3)
     chosen = np.zeros(len(pairs), dtype=np.bool_)
     for number in range(len(pairs)):
         p, t = pairs[number]
         _gather(x, triangles, p, t, pair)
         chosen[number] = closest_point(pair, TRIANGLE, w) < gaps[p]
-    touching = pairs[chosen]
-    blocks = np.zeros((len(touching), 12, 12))
+    return pairs[chosen]
+
+
+@compiled
+def stencils(touching, triangles):  # type: ignore[no-untyped-def]
+    """Block and places in it of the nodes of pairs sorted by node: owner (c,), places (c, 4), nodes (blocks, m).
+
+    A block is a node with all corners that it touches; blocks with fewer nodes than m repeat their first one.
+    """
+    owner, places = np.zeros(len(touching), dtype=np.int64), np.zeros((len(touching), 4), dtype=np.int64)
+    found, sizes = np.empty((len(touching), 64), dtype=np.int64), np.zeros(len(touching), dtype=np.int64)
+    block = -1
+    for number in range(len(touching)):
+        p, t = touching[number]
+        if number == 0 or touching[number - 1, 0] != p:
+            block += 1
+            found[block] = p
+            sizes[block] = 1
+        owner[number] = block
+        for a in range(3):
+            place = 0
+            while place < sizes[block] and found[block, place] != triangles[t, a]:
+                place += 1
+            if place == sizes[block]:
+                found[block, place] = triangles[t, a]
+                sizes[block] += 1
+            places[number, 1 + a] = place
+    return owner, places, found[: block + 1, : max(1, sizes.max() if len(sizes) else 1)]
+
+
+@compiled
+def contact_blocks(x, touching, gaps, weights, triangles, bone, across, fans, fan_starts, project):  # type: ignore[no-untyped-def]
+    """Nodes (k, m) and second derivatives (k, 3 m, 3 m), one block for every node in contact."""
+    owner, places, nodes = stencils(touching, triangles)
+    blocks = np.zeros((len(nodes), 3 * nodes.shape[1], 3 * nodes.shape[1]))
+    pair, w, hessian = np.empty((4, 3)), np.empty(3), np.empty((12, 12))
     for number in range(len(touching)):
         p, t = touching[number]
         _gather(x, triangles, p, t, pair)
+        hessian[:] = 0.0
         for feature in range(CORNERS[-1] + 1):
             count = multiplicity(p, t, feature, triangles, bone, across, fans, fan_starts)
             distance = closest_point(pair, feature, w)
             if count != 0.0 and distance < gaps[p]:
                 _, slope, curvature = barrier(distance, gaps[p])
                 factor = count * weights[p]
-                add_hessian(pair, w, factor * slope, factor * curvature, blocks[number])
-        if project:
-            values, vectors = np.linalg.eigh(blocks[number])
-            blocks[number] = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    return touching, blocks
+                add_hessian(pair, w, factor * slope, factor * curvature, hessian)
+        block = blocks[owner[number]]
+        for a in range(4):
+            for b in range(4):
+                row, column = 3 * places[number, a], 3 * places[number, b]
+                block[row : row + 3, column : column + 3] += hessian[3 * a : 3 * a + 3, 3 * b : 3 * b + 3]
+    if project:
+        for block in blocks:
+            values, vectors = np.linalg.eigh(block)
+            block[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return nodes, blocks
