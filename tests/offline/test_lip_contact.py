@@ -224,7 +224,7 @@ def brute_force(surface, x, reach):
 def test_kept_list_never_misses_a_pair_while_nodes_wander():
     surface = ContactSurface.of(two_blocks((3, 3, 2), (4, 4, 2)))
     reach = 1.5e-3
-    pairs = PairList(surface, reach, margin=1e-3)
+    pairs = PairList(surface, np.arange(len(surface.nodes)), reach, margin=1e-3)
     rng = np.random.default_rng(4)
     x, kept = surface.points, 0
     last = None
@@ -242,7 +242,7 @@ def test_kept_list_never_misses_a_pair_while_nodes_wander():
 def test_pairs_of_a_motion_are_those_that_come_near_on_the_way():
     surface = ContactSurface.of(two_blocks((2, 2, 1), (3, 3, 1)))
     motion = np.random.default_rng(5).normal(size=surface.points.shape) * 4e-3
-    listed = {tuple(pair) for pair in PairList(surface, 0.5e-3, 0.0).swept(surface.points, motion)}
+    listed = {tuple(pair) for pair in PairList(surface, np.arange(len(surface.nodes)), 0.5e-3, 0.0).swept(surface.points, motion)}
     for time in np.linspace(0.0, 1.0, 9):
         assert brute_force(surface, surface.points + time * motion, 0.5e-3) <= listed
 

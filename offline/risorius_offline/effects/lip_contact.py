@@ -9,8 +9,9 @@ Contact), per area of the node's surroundings at rest and per metre of distance,
 
 Edges and corners that triangles share are taken off and put back, so that a node over a flat place feels one barrier
 wherever the edges lie beneath it. Contact begins at the gap g_p and the distance never reaches zero. g_p is the gap
-tolerance, or CLEARANCE of the node's own distance at rest where that is less: rest is free of contact. Factor one half:
-a contact is seen from both sides. Edges do not see each other: two of them may cross by less than the surface's sagitta
+tolerance, or CLEARANCE of the node's own distance at rest where that is less: rest is free of contact. A node for which
+that leaves less than LEAST_GAP of the tolerance lies in a fold of the mesh (a corner of the mouth) and sees nothing.
+Factor one half: a contact is seen from both sides. Edges do not see each other: two of them may cross by less than the surface's sagitta
 over an edge.
 """
 
@@ -38,8 +39,8 @@ from risorius_offline.effects.point_triangle import (
 )
 
 GAP_TOLERANCE = 0.2e-3
-PRESSURE_AT_HALF_GAP = 50e3
-CLEARANCE = 0.9
+PRESSURE_AT_HALF_GAP = 10e3
+CLEARANCE, LEAST_GAP = 0.9, 0.5
 # A step keeps this share of every distance.
 _KEPT_SHARE = 0.1
 _MARGIN = 0.5e-3
@@ -51,15 +52,15 @@ class LipContact:
     """The effect for an anatomy; gap_tolerance in metres is where contact begins."""
 
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
-        self._surface = ContactSurface.of(anatomy)
-        self._pairs = PairList(self._surface, gap_tolerance, _MARGIN)
-        at_rest = PairList(self._surface, gap_tolerance / CLEARANCE, 0.0).at(self._surface.points)
-        clearance = nearest(self._surface.points, at_rest, self._surface.triangles)
-        self._gaps = np.minimum(gap_tolerance, CLEARANCE * clearance)
-        _, slope, _ = barrier(0.5 * gap_tolerance, gap_tolerance)
+        surface = ContactSurface.of(anatomy)
+        everyone = np.arange(len(surface.nodes))
+        at_rest = PairList(surface, everyone, gap_tolerance / CLEARANCE, 0.0).at(surface.points)
+        self._surface = surface
+        self._gaps = np.minimum(gap_tolerance, CLEARANCE * nearest(surface.points, at_rest, surface.triangles))
+        seeing = np.flatnonzero(self._gaps >= LEAST_GAP * gap_tolerance)
+        self._pairs = PairList(surface, seeing, gap_tolerance, _MARGIN)
         # b'(g/2) is proportional to g: all nodes press alike at half their gap.
-        stiffness = -PRESSURE_AT_HALF_GAP / slope * (gap_tolerance / self._gaps)
-        surface = self._surface
+        stiffness = -PRESSURE_AT_HALF_GAP / np.array([barrier(0.5 * gap, gap)[1] for gap in self._gaps])
         self._weights = 0.5 * surface.areas * stiffness
         self._topology = (surface.triangles, surface.bone, surface.across, surface.fans, surface.fan_starts)
 

@@ -15,11 +15,12 @@ _MOST_CELLS = 64  # along an axis
 class PairList:
     """Pairs (k, 2) of node and triangle that are admitted and nearer than `reach` metres; some are farther.
 
-    The list is made with a margin (metres) and kept until a node has moved by half of it since.
+    seeing: numbers of the nodes that pairs are wanted of. The list is sorted by node, made with a margin (metres) and
+    kept until a node has moved by half of it since.
     """
 
-    def __init__(self, surface: ContactSurface, reach: float, margin: float) -> None:
-        self._surface = surface
+    def __init__(self, surface: ContactSurface, seeing: IntArray, reach: float, margin: float) -> None:
+        self._surface, self._seeing = surface, seeing
         self._reach, self._margin = reach, margin
         self._made_at: FloatArray | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
@@ -39,7 +40,7 @@ class PairList:
         low, high = np.minimum(start, end), np.maximum(start, end)
         triangles = self._surface.triangles
         boxes = _around_corners(low, high, triangles)
-        return overlapping_boxes(low - reach, high + reach, *boxes, triangles, self._surface.bone)
+        return overlapping_boxes(self._seeing, low - reach, high + reach, *boxes, triangles, self._surface.bone)
 
 
 @compiled
@@ -121,14 +122,14 @@ def _fill(low, high, origin, size, counts):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def overlapping_boxes(node_low, node_high, low, high, triangles, bone):  # type: ignore[no-untyped-def]
-    """Admitted pairs (k, 2) of node boxes (b, 3) and triangle boxes (m, 3) that overlap, each pair once."""
+def overlapping_boxes(seeing, node_low, node_high, low, high, triangles, bone):  # type: ignore[no-untyped-def]
+    """Admitted pairs (k, 2) of boxes of seeing nodes (b, 3) and of triangles (m, 3) that overlap, each pair once."""
     origin, size, counts = _grid(low, high)
     cells, starts, boxes = _fill(low, high, origin, size, counts)
     pairs = np.empty((4096, 2), dtype=np.int64)
     found = 0
     first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
-    for p in range(len(node_low)):
+    for p in seeing:
         _cell(node_low[p], origin, size, counts, first)
         _cell(node_high[p], origin, size, counts, last)
         for i in range(first[0], last[0] + 1):
