@@ -60,7 +60,7 @@ class EquilibriumSolver:
         while done < 1.0:
             step = min(step, 1.0 - done)
             aim = target if step == 1.0 - done else state.parameters + step / (1.0 - done) * (target - state.parameters)
-            predicted = self._predict(state, aim)
+            predicted = self.model.follow_bones(state.u, state.parameters, aim)
             self.model.set_parameters(aim)
             u = newton.minimise(self.model, predicted, report)
             if u is not None:
@@ -80,18 +80,6 @@ class EquilibriumSolver:
                 )
         report.converged = True
         return replace(state, report=report)
-
-    def _predict(self, state: Equilibrium, aim: FloatArray) -> FloatArray:
-        """First-order response of the tissue to the bones' increment, as far as surfaces let it; bones land exactly."""
-        moved = self.model.prescribed_motion(aim)
-        u = state.u.copy()
-        motion = self.model.anatomy.jaw_motion
-        if motion is not None:
-            change = motion.lift_coordinates(aim[-3:]) - motion.lift_coordinates(state.parameters[-3:])
-            direction = np.tensordot(change, self.model.lift_fields, axes=1)
-            u += self.model.largest_step(u, direction) * direction
-        u.reshape(-1)[self.model.prescribed] = moved.reshape(-1)[self.model.prescribed]
-        return u
 
     def _describe(self, parameters: FloatArray) -> str:
         names = self.model.anatomy.inputs.parameters
