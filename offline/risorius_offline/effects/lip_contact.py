@@ -56,12 +56,11 @@ class LipContact:
         everyone = np.arange(len(surface.nodes))
         at_rest = PairList(surface, everyone, gap_tolerance / CLEARANCE, 0.0).at(surface.points)
         self._surface = surface
-        self._gaps = np.minimum(gap_tolerance, CLEARANCE * nearest(surface.points, at_rest, surface.triangles))
-        seeing = np.flatnonzero(self._gaps >= LEAST_GAP * gap_tolerance)
-        self._pairs = PairList(surface, seeing, gap_tolerance, _MARGIN)
-        # b'(g/2) is proportional to g: all nodes press alike at half their gap.
-        stiffness = -PRESSURE_AT_HALF_GAP / np.array([barrier(0.5 * gap, gap)[1] for gap in self._gaps])
-        self._weights = 0.5 * surface.areas * stiffness
+        room, least = CLEARANCE * nearest(surface.points, at_rest, surface.triangles), LEAST_GAP * gap_tolerance
+        self._pairs = PairList(surface, np.flatnonzero(room >= least), gap_tolerance, _MARGIN)
+        self._gaps = np.clip(room, least, gap_tolerance)
+        # b'(g/2) = -(ln 2 + 1/2) g: every node presses alike at half of its gap.
+        self._weights = 0.5 * surface.areas * PRESSURE_AT_HALF_GAP / ((math.log(2.0) + 0.5) * self._gaps)
         self._topology = (surface.triangles, surface.bone, surface.across, surface.fans, surface.fan_starts)
 
     def set_parameters(self, parameters: FloatArray) -> None:
