@@ -103,10 +103,10 @@ def test_barrier_begins_with_continuous_curvature_and_rises_without_bound():
     assert barrier(1e-300, gap)[0] > 600 * gap**2
 
 
-def two_blocks(lower=(4, 4, 2), upper=(4, 4, 2), size=0.02, gap=1e-3, lifted=0.0):
+def two_blocks(lower=(4, 4, 2), upper=(4, 4, 2), size=0.02, gap=1e-3):
     """One mesh of two cubes over each other with a gap between; bone is the far end of each."""
     (a, below), (b, above) = box("hexahedron", lower, (size,) * 3), box("hexahedron", upper, (size,) * 3)
-    points = np.concatenate([a, b + [0.0, 0.0, size + gap + lifted]])
+    points = np.concatenate([a, b + np.array([0.0, 0.0, size + gap])])
     cells = np.concatenate([below.connectivity, len(a) + above.connectivity])
     return Anatomy(
         name="two blocks",
@@ -145,7 +145,7 @@ def assembled(blocks, count):
 
 
 def test_forces_and_second_derivatives_of_the_effect_agree_with_finite_differences():
-    anatomy, effect, u = crumpled_contact()
+    _, effect, u = crumpled_contact()
     energy, forces = forces_of(effect, u)
     assert energy == pytest.approx(effect.energy(u), rel=1e-14)
     stiffness = assembled(effect.second_derivatives(u, project=False), len(u))
@@ -190,14 +190,14 @@ def test_a_node_slides_over_edges_and_corners_of_a_flat_face_without_a_bump():
     plate, cells = box("tetra", (3, 3, 1), (0.03, 0.03, 0.01))
     apex = len(plate)
     above = np.array([[0.0, 0.0, 0.0], [0.004, 0.0, 0.004], [0.0, 0.004, 0.004], [-0.003, -0.003, 0.004]])
-    points = np.concatenate([plate, above + [0.01, 0.01, 0.011]])
+    points = np.concatenate([plate, above + np.array([0.01, 0.01, 0.011])])
     connectivity = np.vstack([cells.connectivity, apex + np.array([[0, 2, 1, 3]])])
-    nobody = np.zeros(len(points), dtype=bool)
-    nobody[:apex] = True  # the plate is bone, so that its own nodes are seen by the tetrahedron only
+    plate_is_bone = np.arange(len(points)) < apex
+    no_jaw = np.zeros(len(points), dtype=bool)
     block = CellBlock("tetra", connectivity, np.zeros(len(connectivity), dtype=np.int64))
     skin = np.zeros((0, 3), dtype=np.int64)
     tissue = (Yeoh.neo_hookean(15e3, 0.45),)
-    anatomy = Anatomy("apex", points, (block,), tissue, nobody, ~nobody & False, skin, (), None)
+    anatomy = Anatomy("apex", points, (block,), tissue, plate_is_bone, no_jaw, skin, (), None)
     effect = LipContact(anatomy)
     height = 0.5 * GAP_TOLERANCE
     found = []
@@ -242,7 +242,10 @@ def test_kept_list_never_misses_a_pair_while_nodes_wander():
 def test_pairs_of_a_motion_are_those_that_come_near_on_the_way():
     surface = ContactSurface.of(two_blocks((2, 2, 1), (3, 3, 1)))
     motion = np.random.default_rng(5).normal(size=surface.points.shape) * 4e-3
-    listed = {tuple(pair) for pair in PairList(surface, np.arange(len(surface.nodes)), 0.5e-3, 0.0).swept(surface.points, motion)}
+    listed = {
+        tuple(pair)
+        for pair in PairList(surface, np.arange(len(surface.nodes)), 0.5e-3, 0.0).swept(surface.points, motion)
+    }
     for time in np.linspace(0.0, 1.0, 9):
         assert brute_force(surface, surface.points + time * motion, 0.5e-3) <= listed
 
@@ -301,10 +304,11 @@ def test_largest_step_stops_a_block_that_would_fly_through_the_other():
     assert 0.0 < 1e-3 - 0.1 * fraction <= 1e-4 * 1.1
     assert effect.largest_step(rest, -through) == 1.0
     assert effect.largest_step(rest, np.full_like(rest, 0.03)) == 1.0
+    assert effect.largest_step(rest, -1e6 * through) == pytest.approx(0.2e-5)
 
 
 def pressed(lower, upper, down):
-    """Blocks that may slide along their far ends, the upper end moved down; returns reaction, gap, report."""
+    """Force (N) and smallest gap of blocks that may slide along their far ends, the upper end moved down."""
     anatomy = two_blocks(lower, upper)
     effect = LipContact(anatomy)
     model = FullModel(anatomy, [effect])
@@ -317,13 +321,12 @@ def pressed(lower, upper, down):
     u = np.zeros_like(points)
     top = points[:, 2] > 0.0205
     u[top, 2] = 0.5 * GAP_TOLERANCE - 1e-3
-    report = SolverReport()
-    for end in np.linspace(-1e-3, -down, 6):
+    for end in np.linspace(-1e-3, -down, 4):
         u[anatomy.jaw, 2] = end
-        u = GuardedNewton(1e-9, 80).minimise(model, u, report)
+        u = GuardedNewton(1e-6, 80).minimise(model, u, SolverReport())
         assert u is not None
     forces = model.forces(u)[2]
-    return -forces[anatomy.jaw, 2].sum(), effect.smallest_gap(u), report
+    return -forces[anatomy.jaw, 2].sum(), effect.smallest_gap(u)
 
 
 def uniaxial_force(stretch, size=0.02):
@@ -335,14 +338,13 @@ def uniaxial_force(stretch, size=0.02):
     return -along * size**2
 
 
-@pytest.mark.parametrize(("lower", "upper"), [((4, 4, 2), (4, 4, 2)), ((3, 3, 2), (4, 4, 2))])
+@pytest.mark.parametrize(("lower", "upper"), [((3, 3, 2), (3, 3, 2)), ((2, 2, 2), (3, 3, 2))])
 def test_blocks_press_on_each_other_with_the_stress_of_their_compression(lower, upper):
     """Theory at the two gaps that the contact may have, none and the tolerance, brackets the force."""
-    down = 5e-3
-    force, gap, _ = pressed(lower, upper, down)
-    compression = [(down - 1e-3 + left) / 0.04 for left in (0.0, GAP_TOLERANCE)]
-    softest, hardest = (uniaxial_force(1.0 - c) for c in compression)
-    assert min(softest, hardest) < force < max(softest, hardest)
+    down = 4e-3
+    force, gap = pressed(lower, upper, down)
+    touching, apart = (uniaxial_force(1.0 - (down - 1e-3 + left) / 0.04) for left in (0.0, GAP_TOLERANCE))
+    assert touching < force < apart
     assert 0.0 < gap < GAP_TOLERANCE
 
 
@@ -353,6 +355,14 @@ def published_face():
     if not folder.is_dir():
         pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
     return load_source(str(folder))
+
+
+def test_only_nodes_in_the_folds_of_the_mouth_corners_see_nothing(published_face):
+    """The published mesh crosses itself by 15 micrometres at both corners; these nodes are within 1.5 mm of them."""
+    blind = ContactSurface.of(published_face).points[LipContact(published_face).blind]
+    assert 0 < len(blind) <= 4
+    corner = np.array([0.0233, -0.0725, -0.0068])
+    np.testing.assert_allclose(np.abs(blind) * np.sign([1, -1, -1]), np.tile(corner, (len(blind), 1)), atol=1.5e-3)
 
 
 def test_published_face_at_rest_is_free_of_contact(published_face):

@@ -40,7 +40,8 @@ class ContactSurface:
         points = np.ascontiguousarray(anatomy.points[nodes])
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-        areas = np.bincount(triangles.ravel(), np.repeat(third, 3), len(nodes))
+        areas = np.zeros(len(nodes))
+        np.add.at(areas, triangles, third[:, None])
         order = np.argsort(triangles.ravel(), kind="stable")
         counts = np.bincount(triangles.ravel(), minlength=len(nodes))
         return cls(

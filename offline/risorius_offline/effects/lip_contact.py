@@ -1,8 +1,8 @@
 """Contact of the tissue's surface with itself: lips with each other, cheeks with lips. One-sided and frictionless.
 
 A barrier on the distance d between boundary nodes and boundary triangles (Li et al. 2020, Incremental Potential
-Contact), per area of the node's surroundings at rest and per metre of distance, so that it converges with the mesh
-(Li et al. 2023, Convergent Incremental Potential Contact):
+Contact), per area that a node stands for at rest, so that it converges with the mesh (Li et al. 2023, Convergent
+Incremental Potential Contact):
 
     E = sum over nodes p  A_p/2 k_p ( sum over triangles b(d) - sum over edges b(d) + sum over corners b(d) )
     b(d) = -(d - g_p)^2 ln(d / g_p)  for 0 < d < g_p, otherwise 0
@@ -11,8 +11,9 @@ Edges and corners that triangles share are taken off and put back, so that a nod
 wherever the edges lie beneath it. Contact begins at the gap g_p and the distance never reaches zero. g_p is the gap
 tolerance, or CLEARANCE of the node's own distance at rest where that is less: rest is free of contact. A node for which
 that leaves less than LEAST_GAP of the tolerance lies in a fold of the mesh (a corner of the mouth) and sees nothing.
-Factor one half: a contact is seen from both sides. Edges do not see each other: two of them may cross by less than the surface's sagitta
-over an edge.
+Half of the area: a contact is seen from both sides.
+
+Edges do not see each other: two of them may cross, by less than a surface's sagitta over an edge.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ import numpy as np
 
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy
-from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface, multiplicity
 from risorius_offline.effects.effect import NodeBlocks
 from risorius_offline.effects.pairs import PairList
@@ -44,12 +44,15 @@ CLEARANCE, LEAST_GAP = 0.9, 0.5
 # A step keeps this share of every distance.
 _KEPT_SHARE = 0.1
 _MARGIN = 0.5e-3
-# Longer motions are followed piece by piece, since the boxes that they sweep hold too many pairs.
-_LONGEST_SWEEP = 4e-3
+# Longer motions are followed piece by piece, since the boxes that they sweep hold too many pairs; to the longest one.
+_LONGEST_SWEEP, _LONGEST_MOTION = 4e-3, 0.2
 
 
 class LipContact:
-    """The effect for an anatomy; gap_tolerance in metres is where contact begins."""
+    """The effect for an anatomy; gap_tolerance in metres is where contact begins.
+
+    blind: numbers, in the surface of the anatomy, of the nodes that see nothing.
+    """
 
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
         surface = ContactSurface.of(anatomy)
@@ -57,6 +60,7 @@ class LipContact:
         at_rest = PairList(surface, everyone, gap_tolerance / CLEARANCE, 0.0).at(surface.points)
         self._surface = surface
         room, least = CLEARANCE * nearest(surface.points, at_rest, surface.triangles), LEAST_GAP * gap_tolerance
+        self.blind = np.flatnonzero(room < least)
         self._pairs = PairList(surface, np.flatnonzero(room >= least), gap_tolerance, _MARGIN)
         self._gaps = np.clip(room, least, gap_tolerance)
         # b'(g/2) = -(ln 2 + 1/2) g: every node presses alike at half of its gap.
@@ -85,9 +89,15 @@ class LipContact:
         return NodeBlocks(self._surface.nodes[nodes], matrices)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Fraction in (0, 1] of a direction on which no node meets a triangle."""
+        """Fraction in (0, 1] of a direction on which no node meets a triangle; at most 200 mm are allowed."""
         x, motion = self._positions(u), direction[self._surface.nodes]
-        pieces = max(1, math.ceil(np.linalg.norm(motion, axis=1).max() / _LONGEST_SWEEP))
+        length = float(np.linalg.norm(motion, axis=1).max())
+        if not math.isfinite(length):
+            return 1.0  # nothing of it has a finite energy
+        if length > _LONGEST_MOTION:
+            share = _LONGEST_MOTION / length
+            return share * self.largest_step(u, share * direction)
+        pieces = max(1, math.ceil(length / _LONGEST_SWEEP))
         motion = motion / pieces
         for piece in range(pieces):
             pairs = self._pairs.swept(x, motion)
