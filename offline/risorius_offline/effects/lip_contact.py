@@ -211,7 +211,8 @@ def stencils(touching, triangles):  # type: ignore[no-untyped-def]
     A block is a node with all corners that it touches; blocks with fewer nodes than m repeat their first one.
     """
     owner, places = np.zeros(len(touching), dtype=np.int64), np.zeros((len(touching), 4), dtype=np.int64)
-    found, sizes = np.empty((len(touching), 64), dtype=np.int64), np.zeros(len(touching), dtype=np.int64)
+    most = 1 + 3 * (np.bincount(touching[:, 0]).max() if len(touching) else 0)
+    found, sizes = np.empty((len(touching), most), dtype=np.int64), np.zeros(len(touching), dtype=np.int64)
     block = -1
     for number in range(len(touching)):
         p, t = touching[number]
