@@ -1,0 +1,1 @@
+"""The same problem in other codes, as their users would write it."""
