@@ -150,6 +150,15 @@ class Discretisation:
             np.add.at(volumes, block.cells.connectivity, diagonal * scale[:, None])
         return volumes
 
+    @cached_property
+    def consistent_volumes(self) -> FloatArray:
+        """(n,) integral of every node's shape function, cubic metres: the nodal forces of a unit force density."""
+        volumes = np.zeros(len(self.points))
+        for block in self.volumes:
+            shares = block.weights @ block.cells.element.shape_functions(block.cells.element.points)
+            np.add.at(volumes, block.cells.connectivity, shares)
+        return volumes
+
     def _keys(self, rows: npt.ArrayLike, columns: npt.ArrayLike) -> IntArray:
         return np.asarray(rows, dtype=np.int64) * self.dof_count + np.asarray(columns, dtype=np.int64)
 

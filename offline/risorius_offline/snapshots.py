@@ -15,7 +15,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from zipfile import BadZipFile
@@ -27,9 +27,10 @@ from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
 from risorius.storage import replaced_when_complete, require_folder_of
 from risorius_offline.anatomy import Anatomy
-from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
+from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.sampling import SamplingDesign
+from risorius_offline.sensitivities import sensitivities
 
 PATH_LENGTH = 4
 POLL_SECONDS = 0.3
@@ -38,9 +39,10 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"
 
 @dataclass(frozen=True)
 class Solved:
-    """Result of one sample: displacement (n, 3) float32 and smallest J, or the reason of failure."""
+    """Result of one sample: displacement (n, 3), its derivatives (p, n, 3), float32, and smallest J, or the failure."""
 
     u: np.ndarray
+    derivatives: np.ndarray
     smallest_jacobian: float
     failure: str
 
@@ -155,10 +157,11 @@ def _solve_sample(solver: EquilibriumSolver, parameters: FloatArray, states: lis
     for start in dict.fromkeys((int(np.argmin(distances)), 0)):
         try:
             found = solver.solve(parameters, states[start])
-            return Solved(found.u.astype(np.float32), found.report.smallest_jacobian, "")
-        except NotConvergedError as error:
+            derivatives = sensitivities(solver.model, found).astype(np.float32)
+            return Solved(found.u.astype(np.float32), derivatives, found.report.smallest_jacobian, "")
+        except SolverError as error:
             failure = str(error)
-    return Solved(np.zeros((0, 3), np.float32), 0.0, failure)
+    return Solved(np.zeros((0, 3), np.float32), np.zeros((0, 0, 3), np.float32), 0.0, failure)
 
 
 def _part(folder: Path, number: int) -> Path:
@@ -167,7 +170,7 @@ def _part(folder: Path, number: int) -> Path:
 
 def _write_part(path: Path, solved: Solved) -> None:
     with replaced_when_complete(path) as partial, partial.open("wb") as file:
-        np.savez(file, u=solved.u, smallest_jacobian=solved.smallest_jacobian, failure=solved.failure)
+        np.savez(file, **asdict(solved))
     if solved.failure:
         path.with_suffix(".failed").touch()
 
@@ -175,7 +178,7 @@ def _write_part(path: Path, solved: Solved) -> None:
 def _read_part(path: Path) -> Solved | None:
     try:
         with np.load(path) as data:
-            return Solved(data["u"], float(data["smallest_jacobian"]), str(data["failure"]))
+            return Solved(data["u"], data["derivatives"], float(data["smallest_jacobian"]), str(data["failure"]))
     except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
         return None
 
@@ -201,6 +204,7 @@ def _gather(anatomy: Anatomy, design: SamplingDesign, folder: Path) -> SnapshotS
         lift_fields=model.lift_fields,
         parameters=design.parameters[solved],
         displacements=np.stack([parts[number].u for number in solved]),
+        derivatives=np.stack([parts[number].derivatives for number in solved]),
         held_out=design.held_out[solved],
         smallest_jacobians=np.array([parts[number].smallest_jacobian for number in solved]),
         failures=tuple(part.failure for part in parts if part.failure),

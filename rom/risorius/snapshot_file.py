@@ -16,7 +16,8 @@ from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 
 SCHEMA = "risorius-snapshots"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+PER_SAMPLE = ("displacements", "derivatives")  # stored in one compressed chunk a field
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,9 @@ class SnapshotSet:
     """Solved snapshots of one anatomy; SI units.
 
     points (n, 3) nodes at rest; skin (m, 3) triangles of node numbers; nodal_volumes (n,) cubic metres; lift_fields
-    (4, n, 3), empty without a jaw; parameters (s, p); displacements (s, n, 3) float32; held_out (s,): never used for
-    training; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    (4, n, 3), empty without a jaw; parameters (s, p); displacements (s, n, 3) float32; derivatives (s, p, n, 3)
+    float32, of the displacements by the parameters; held_out (s,): never used for training; smallest_jacobians (s,)
+    over all quadrature points; failures: what could not be solved, and why.
     """
 
     name: str
@@ -37,6 +39,7 @@ class SnapshotSet:
     lift_fields: FloatArray
     parameters: FloatArray
     displacements: npt.NDArray[np.float32]
+    derivatives: npt.NDArray[np.float32]
     held_out: npt.NDArray[np.bool_]
     smallest_jacobians: FloatArray
     failures: tuple[str, ...]
@@ -49,6 +52,7 @@ class SnapshotSet:
         "lift_fields",
         "parameters",
         "displacements",
+        "derivatives",
         "held_out",
         "smallest_jacobians",
     )
@@ -69,8 +73,13 @@ class SnapshotSet:
                 file.create_group("jaw").attrs.update(asdict(self.jaw))
             for name in self._ARRAYS:
                 values = getattr(self, name)
-                options = {"chunks": (1, *values.shape[1:]), "compression": "gzip", "shuffle": True}
-                file.create_dataset(name, data=values, **(options if name == "displacements" else {}))
+                if name not in PER_SAMPLE:
+                    file[name] = values
+                    continue
+                chunk = (*np.ones(values.ndim - 2, int), *values.shape[-2:])
+                file.create_dataset(
+                    name, data=values, chunks=chunk, compression="gzip", compression_opts=1, shuffle=True
+                )
 
     @classmethod
     def load(cls, path: str | Path) -> SnapshotSet:

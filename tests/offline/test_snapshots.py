@@ -11,6 +11,7 @@ from risorius_offline.anatomy.nested_cylinders import nested_cylinders
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.sampling import SamplingDesign, design
+from risorius_offline.sensitivities import sensitivities
 from risorius_offline.snapshots import solve_design
 from tests.offline.models import muscle_block
 
@@ -48,11 +49,16 @@ def test_snapshots_are_the_equilibria_and_do_not_depend_on_the_workers(anatomy, 
     one = solve_design(anatomy, plan, tmp_path / "one.h5", 1, lambda *_: None)
     two = solve_design(anatomy, plan, tmp_path / "two.h5", 2, lambda *_: None)
     np.testing.assert_allclose(one.displacements, two.displacements, atol=1e-9)  # a nanometre
-    exact = EquilibriumSolver(FullModel(anatomy), tolerance=1e-11).solve(np.array([0.4])).u
-    np.testing.assert_allclose(one.displacements[2], exact, atol=1e-6 * np.abs(exact).max())
+    model = FullModel(anatomy)
+    exact = EquilibriumSolver(model, tolerance=1e-11).solve(np.array([0.4]))
+    np.testing.assert_allclose(one.displacements[2], exact.u, atol=1e-6 * np.abs(exact.u).max())
+    slope = sensitivities(model, exact)
+    np.testing.assert_allclose(one.derivatives[2], slope, atol=1e-5 * np.abs(slope).max())
     assert one.held_out.tolist() == [False] * 5 + [True]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["one.h5", "two.h5"]
-    np.testing.assert_array_equal(SnapshotSet.load(tmp_path / "one.h5").displacements, one.displacements)
+    read = SnapshotSet.load(tmp_path / "one.h5")
+    np.testing.assert_array_equal(read.displacements, one.displacements)
+    np.testing.assert_array_equal(read.derivatives, one.derivatives)
 
 
 def test_an_interrupted_run_goes_on_where_it_was(anatomy, tmp_path):

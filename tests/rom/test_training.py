@@ -36,6 +36,7 @@ def made_up_snapshots(count=120, held_out=30):
         lift_fields=fields[:4],
         parameters=parameters,
         displacements=np.stack([answer(p, fields) for p in parameters]).astype(np.float32),
+        derivatives=np.zeros((len(parameters), 5, 60, 3), np.float32),
         held_out=np.arange(len(parameters)) >= len(parameters) - held_out,
         smallest_jacobians=np.ones(len(parameters)),
         failures=(),

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from risorius.errors import InputError
 
+TISSUE_DENSITY = 1040.0  # kg/m3 (Nazari et al. 2010)
+
 
 @dataclass(frozen=True)
 class Yeoh:

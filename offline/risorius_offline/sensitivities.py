@@ -1,0 +1,72 @@
+"""Derivatives of an equilibrium by its parameters: du/da for every muscle, du/d(jaw), from the factorised tangent.
+
+With f(u, p) = 0 on the free components, K du/dp = -df/dp, where df/dp holds the free components and lets the bones
+follow the jaw.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from risorius.errors import SolverError
+from risorius.jaw import FloatArray
+from risorius_offline.equilibrium import Equilibrium
+from risorius_offline.full_model import FullModel
+from risorius_offline.linear_solver import NotPositiveDefiniteError
+
+# Central differences of forces by jaw weights: truncation and rounding are both near 1e-9, relative.
+JAW_STEP = 1e-5
+
+
+def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
+    """du/dp (p, n, 3) in metres per unit weight, at one factorisation and one solve with p right-hand sides.
+
+    Raises SolverError when the tangent is not positive definite there: the equilibrium is not stable.
+    """
+    parameters, u = equilibrium.parameters, equilibrium.u
+    model.set_parameters(parameters)
+    try:
+        model.factorise(u)
+    except NotPositiveDefiniteError as error:
+        raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
+    result = np.zeros((len(parameters), *u.shape))
+    forces = np.empty((len(parameters), u.size))
+    for number in range(len(parameters)):
+        if number < model.muscle_count:
+            forces[number] = _by_activation(model, parameters, number, u)
+        else:
+            result[number], forces[number] = _by_jaw_weight(model, parameters, number, u)
+    model.set_parameters(parameters)
+    flat = result.reshape(len(parameters), -1)
+    flat[:, model.free] = -model.solve(np.ascontiguousarray(forces[:, model.free].T)).T
+    return result
+
+
+def _by_activation(model: FullModel, parameters: FloatArray, number: int, u: FloatArray) -> FloatArray:
+    """df/da (3 n,): forces are linear in the activations, so that one difference is exact."""
+    return (_forces(model, _moved(parameters, number, 1.0), u) - _forces(model, parameters, u)).ravel()
+
+
+def _by_jaw_weight(
+    model: FullModel, parameters: FloatArray, number: int, u: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Motion (n, 3) of the bones per unit weight, and df/dw (3 n,) along it."""
+    states = [_moved(parameters, number, sign * JAW_STEP) for sign in (1.0, -1.0)]
+    displaced = [np.where(_bones(model)[:, None], model.prescribed_motion(state), u) for state in states]
+    plus, minus = (_forces(model, state, moved) for state, moved in zip(states, displaced, strict=True))
+    return (displaced[0] - displaced[1]) / (2 * JAW_STEP), ((plus - minus) / (2 * JAW_STEP)).ravel()
+
+
+def _forces(model: FullModel, parameters: FloatArray, u: FloatArray) -> FloatArray:
+    model.set_parameters(parameters)
+    return model.forces(u)[2]
+
+
+def _moved(parameters: FloatArray, number: int, step: float) -> FloatArray:
+    result = parameters.copy()
+    result[number] += step
+    return result
+
+
+def _bones(model: FullModel) -> np.ndarray:
+    return model.anatomy.skull | model.anatomy.jaw
