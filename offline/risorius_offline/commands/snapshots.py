@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from risorius_offline.commands.installed import require_offline
+from risorius_offline.commands.source import load
 
 if TYPE_CHECKING:
     from risorius.snapshot_file import SnapshotSet
@@ -39,11 +40,10 @@ def solve(source: str, output: Path, count: int, held_out: int, workers: int, se
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from risorius_offline.anatomy import load_source
     from risorius_offline.sampling import design
     from risorius_offline.snapshots import solve_design
 
-    anatomy = load_source(source)
+    anatomy = load(source)
     plan = design(anatomy.inputs, count, held_out, seed)
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     columns = ("snapshots", BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
