@@ -73,7 +73,8 @@ def cook() -> Problem:
 def slab() -> Problem:
     """A curved cheek, 40 x 40 x 12 mm, of deep tissue, muscle, fat and skin with moduli 10, 20, 3 and 60 kPa.
 
-    One side and the deep face next to it are bone; a sheet of the muscle layer, 20 mm wide, pulls towards the bone at a quarter of 100 kPa.
+    One side and the deep face next to it are bone; a sheet of the muscle layer, 20 mm wide, pulls towards the bone at
+    a quarter of 100 kPa.
     """
     grid, cells = _grid(4, 4, 4)
     depth = np.array([0.0, 3.0, 6.0, 10.0, 12.0])
