@@ -60,7 +60,7 @@ def main() -> None:
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     for name in PROBLEMS if arguments.problem == "all" else [arguments.problem]:
-        with (arguments.output / f"elements_{name}.csv").open("w", newline="") as file:
+        with (arguments.output / f"elements_{name}.csv").open("w", newline="", buffering=1) as file:
             for number, row in enumerate(measurements(PROBLEMS[name]())):
                 writer = csv.DictWriter(file, row.keys())
                 if number == 0:

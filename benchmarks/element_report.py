@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 POISSON = "0.49"
+ERROR_TICKS = (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 TITLES = {
     "cook": "Cook's membrane",
     "slab": "layered cheek",
@@ -20,6 +21,7 @@ TITLES = {
 }
 COLOURS = {"hexahedron": "#0b6e99", "wedge": "#b7791f", "tetra": "#b03a2e", "tetra10": "#2e7d32"}
 NAMES = {"hexahedron": "hexahedra", "wedge": "wedges", "tetra": "tetrahedra", "tetra10": "quadratic tetrahedra"}
+LABEL_OFFSETS = {"hexahedron": (7, -8), "wedge": (7, -3), "tetra": (7, 0), "tetra10": (7, -1)}
 
 Row = dict[str, str]
 
@@ -28,12 +30,12 @@ def report(directory: Path) -> None:
     """Draw the measurements found in a directory as elements.png and print their table."""
     found = {name: directory / f"elements_{name}.csv" for name in TITLES}
     measured = {name: list(csv.DictReader(path.open())) for name, path in found.items() if path.exists()}
-    figure, panels = plt.subplots(1, len(measured), figsize=(4.4 * len(measured), 4.2), squeeze=False, sharey=True)
-    for axes, (name, rows) in zip(panels[0], measured.items(), strict=True):
+    figure, panels = plt.subplots(2, 2, figsize=(10.0, 7.6), sharey=True)
+    for axes, (name, rows) in zip(panels.flat, measured.items(), strict=False):
         _panel(axes, [row for row in rows if row["poisson"] == POISSON and float(row["error_percent"]) > 0.0])
         axes.set_title(TITLES[name], fontsize=11)
         axes.set_xlabel("seconds of one equilibrium, one core")
-    panels[0, 0].set_ylabel("error of the displacement, %")
+        axes.set_ylabel("error of the displacement, %")
     figure.suptitle(f"Poisson's ratio {POISSON}; solid with mean dilatation, dashed without", fontsize=11)
     figure.tight_layout()
     figure.savefig(directory / "elements.png", dpi=110)
@@ -65,7 +67,7 @@ def _cell(row: Row | None) -> str:
     if row is None:
         return "-"
     error = float(row["error_percent"])
-    return f"{error:.2g} %, {float(row['seconds']):.2g} s" if error else f"reference, {row['factorisations']}"
+    return f"{error:.2g} %, {float(row['seconds']):.2g} s" if error else "reference"
 
 
 def _panel(axes: Axes, rows: list[Row]) -> None:
@@ -77,8 +79,13 @@ def _panel(axes: Axes, rows: list[Row]) -> None:
             seconds, errors = ([float(row[key]) for row in line] for key in ("seconds", "error_percent"))
             axes.loglog(seconds, errors, style, color=colour, marker="o", markersize=4, linewidth=1.6)
             if mean_dilatation == "True" or element == "tetra":
-                axes.annotate(NAMES[element], (seconds[-1], errors[-1]), (4, -11), textcoords="offset points",
-                              color=colour, fontsize=9, ha="center")  # fmt: skip
-    axes.grid(which="both", color="0.92")
+                axes.annotate(NAMES[element], (seconds[-1], errors[-1]), LABEL_OFFSETS[element],
+                              textcoords="offset points", color=colour, fontsize=9)  # fmt: skip
+    axes.grid(which="major", color="0.9")
     axes.set_axisbelow(True)
-    axes.margins(x=0.15)
+    left, right = axes.get_xlim()
+    axes.set_xlim(left, right * (right / left) ** 0.5)  # room for the names
+    axes.minorticks_off()
+    axes.set_yticks(ERROR_TICKS)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import interp1d
 
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy import load_source
@@ -19,6 +20,8 @@ from risorius_offline.muscles.polyline_fibres import nearest_on_polylines
 NO_SKIN = np.zeros((0, 3), dtype=np.int64)
 FACE = Path(os.environ.get("RISORIUS_ANATOMY_DIR", "../shared/anatomy")) / "artisynth_face"
 SMILE = "zygomaticus_major"
+DEPTHS = np.array([0.0, 3.0, 6.0, 10.0, 12.0])  # of the layers of the slab, mm
+MUSCLE_LAYER = 1
 
 
 @dataclass(frozen=True)
@@ -73,26 +76,22 @@ def cook() -> Problem:
 def slab() -> Problem:
     """A curved cheek, 40 x 40 x 12 mm, of deep tissue, muscle, fat and skin with moduli 10, 20, 3 and 60 kPa.
 
-    One side and the deep face next to it are bone; a sheet of the muscle layer, 20 mm wide, pulls towards the bone at
-    a quarter of 100 kPa.
+    One side and the deep face next to it are bone; the muscle layer pulls towards it at 5 kPa. The fibre lines are
+    close enough for all points of that layer to be muscle, and no others, on every mesh.
     """
     grid, cells = _grid(4, 4, 4)
-    depth = np.array([0.0, 3.0, 6.0, 10.0, 12.0])
-
-    def place(x: np.ndarray, y: np.ndarray, t: np.ndarray) -> np.ndarray:
-        normal = np.stack([x / 75.0, y / 120.0, np.ones_like(x)], axis=-1)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        return 1e-3 * (np.stack([x, y, -(x**2) / 150.0 - y**2 / 240.0], axis=-1) + t[..., None] * normal)
-
-    x, y, t = 40.0 * grid[:, 0] - 20.0, 40.0 * grid[:, 1] - 20.0, depth[np.rint(4.0 * grid[:, 2]).astype(int)]
+    x, y, t = 40.0 * grid[:, 0] - 20.0, 40.0 * grid[:, 1] - 20.0, DEPTHS[np.rint(4.0 * grid[:, 2]).astype(int)]
+    normal = np.column_stack([x / 75.0, y / 120.0, np.ones_like(x)])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    points = 1e-3 * (np.column_stack([x, y, -(x**2) / 150.0 - y**2 / 240.0]) + t[:, None] * normal)
     bone = np.isclose(x, -20.0) | (np.isclose(t, 0.0) & (x < -9.9))
-    along = np.array([-19.2, -10.0, 0.0, 9.2])
-    lines = tuple(place(along, np.full(4, across), np.full(4, 4.5)) for across in np.linspace(-8.9, 8.9, 20))
     materials = tuple(Yeoh.neo_hookean(young, 0.45) for young in (10e3, 20e3, 3e3, 60e3))
     layers = np.tile(np.arange(4), len(cells) // 4)
-    muscle = Muscle("sheet", lines, 1.6e-3, 100e3)
-    anatomy = _anatomy("slab", place(x, y, t), cells, layers, materials, bone, (muscle,))
-    return Problem("slab", anatomy, np.array([0.25]), levels=3, reference=2)
+    middle = points.reshape(5, 5, 5, 3)[:, :, MUSCLE_LAYER : MUSCLE_LAYER + 2].mean(axis=2)
+    lines = tuple(interp1d(np.linspace(0.0, 40.0, 5), middle, axis=1)(across) for across in np.arange(0.5, 40.0))
+    muscle = Muscle("layer", lines, 1.585e-3, 10e3)
+    anatomy = _anatomy("slab", points, cells, layers, materials, bone, (muscle,))
+    return Problem("slab", anatomy, np.array([0.5]), levels=3, reference=2)
 
 
 def face() -> Problem:

@@ -63,19 +63,37 @@ class IntegratedBlock:
             positions=np.einsum("qa,eai->eqi", element.shape_functions(element.points), corners),
         )
 
+    def deformation_gradients(self, u: FloatArray) -> FloatArray:
+        """F (e, q, 3, 3) at the points, for a displacement u (n, 3) in metres."""
+        return np.eye(3) + np.einsum("eai,eqaj->eqij", u[self.cells.connectivity], self.gradients, optimize=True)
+
+    def mean_jacobians(self, u: FloatArray) -> FloatArray:
+        """Jbar (e,): the mean of J = det F over the volume at rest of every cell."""
+        jacobians = np.linalg.det(self.deformation_gradients(u))
+        return (self.weights * jacobians).sum(axis=1) / self.weights.sum(axis=1)
+
+
+def triangle_owners(cells: CellBlock, triangles: IntArray) -> list[tuple[int, int, tuple[int, ...]]]:
+    """Triangle, cell and the triangle's corners in the cell, for those triangles (m, 3) that are part of a cell's face.
+
+    In the order of the triangles.
+    """
+    wanted = {tuple(sorted(triangle)): number for number, triangle in enumerate(triangles.tolist())}
+    owners: list[tuple[int, int, tuple[int, ...]]] = []
+    for corners in {c for face in cells.element.faces for c in itertools.combinations(face, 3)}:
+        keys = np.sort(cells.connectivity[:, corners], axis=1).tolist()
+        owners += [(wanted[k], e, corners) for e, k in enumerate(map(tuple, keys)) if k in wanted]
+    return sorted(owners)
+
 
 def film(points: FloatArray, cells: CellBlock, triangles: IntArray, thickness: float) -> IntegratedBlock:
     """A film of `thickness` metres on those surface triangles (m, 3) that are part of a face of the cells.
 
-    Every triangle is integrated at its centroid, with the deformation of the cell behind it.
+    Every triangle is integrated at its centroid, with the deformation of the cell behind it: in the order of
+    `triangle_owners`.
     """
     element = cells.element
-    wanted = {tuple(sorted(triangle)): number for number, triangle in enumerate(triangles.tolist())}
-    owners: list[tuple[int, int, tuple[int, ...]]] = []
-    for corners in {c for face in element.faces for c in itertools.combinations(face, 3)}:
-        keys = np.sort(cells.connectivity[:, corners], axis=1).tolist()
-        owners += [(wanted[k], e, corners) for e, k in enumerate(map(tuple, keys)) if k in wanted]
-    owners.sort()
+    owners = triangle_owners(cells, triangles)
     rows = np.array([e for _, e, _ in owners], dtype=np.int64)
     centroids = np.array([np.asarray(element.nodes)[list(c)].mean(axis=0) for _, _, c in owners]).reshape(-1, 3)
     reference = element.gradients_at(centroids.T)

@@ -11,6 +11,9 @@ from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
 from risorius_offline.newton import GuardedNewton, SolverReport
 
+# Load steps before the last only lead there.
+TOLERANCE_ON_THE_WAY = 1e-2
+
 
 class NotConvergedError(SolverError):
     """No equilibrium was found; `report` tells how far the solve came."""
@@ -39,7 +42,7 @@ class EquilibriumSolver:
 
     model: FullModel
     tolerance: float = 1e-6
-    max_iterations: int = 40
+    max_iterations: int = 80
     smallest_step: float = 1.0 / 128.0
 
     def rest(self) -> Equilibrium:
@@ -52,16 +55,19 @@ class EquilibriumSolver:
 
         Raises NotConvergedError, which carries the report, when continuation comes down to its smallest step.
         """
-        newton = GuardedNewton(self.tolerance, self.max_iterations)
+        on_the_way = GuardedNewton(max(self.tolerance, TOLERANCE_ON_THE_WAY), self.max_iterations)
+        at_the_end = GuardedNewton(self.tolerance, self.max_iterations)
         state = start or self.rest()
         target = np.asarray(parameters, dtype=np.float64)
         report = SolverReport()
         done, step = 0.0, 1.0
         while done < 1.0:
-            step = min(step, 1.0 - done)
-            aim = target if step == 1.0 - done else state.parameters + step / (1.0 - done) * (target - state.parameters)
-            predicted = self._predict(state, aim)
+            self.model.set_parameters(state.parameters)
+            step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
+            aim = _on_the_way(state.parameters, target, step / (1.0 - done))
+            predicted = self.model.follow_bones(state.u, state.parameters, aim)
             self.model.set_parameters(aim)
+            newton = at_the_end if aim is target else on_the_way
             u = newton.minimise(self.model, predicted, report)
             if u is not None:
                 state = Equilibrium(aim, u)
@@ -81,20 +87,19 @@ class EquilibriumSolver:
         report.converged = True
         return replace(state, report=report)
 
-    def _predict(self, state: Equilibrium, aim: FloatArray) -> FloatArray:
-        """First-order response of the tissue to the bones' increment, as far as surfaces let it; bones land exactly."""
-        moved = self.model.prescribed_motion(aim)
-        u = state.u.copy()
-        motion = self.model.anatomy.jaw_motion
-        if motion is not None:
-            change = motion.lift_coordinates(aim[-3:]) - motion.lift_coordinates(state.parameters[-3:])
-            direction = np.tensordot(change, self.model.lift_fields, axes=1)
-            u += self.model.largest_step(u, direction) * direction
-        u.reshape(-1)[self.model.prescribed] = moved.reshape(-1)[self.model.prescribed]
-        return u
+    def _followed(self, state: Equilibrium, target: FloatArray, step: float, left: float) -> float:
+        """Shorten a step to what surfaces let the tissue follow at once: what lags behind the bones is torn."""
+        aim = _on_the_way(state.parameters, target, step / left)
+        share = self.model.followed_share(state.u, state.parameters, aim)
+        return min(step, max(share * step, self.smallest_step))
 
     def _describe(self, parameters: FloatArray) -> str:
         names = self.model.anatomy.inputs.parameters
         return (
             ", ".join(f"{name} = {value:g}" for name, value in zip(names, parameters, strict=True) if value) or "rest"
         )
+
+
+def _on_the_way(start: FloatArray, target: FloatArray, share: float) -> FloatArray:
+    """Parameters at a share of the way; the target itself at the end of it."""
+    return target if share == 1.0 else start + share * (target - start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -10,20 +11,27 @@ import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.mechanics.fibres import PROPORTIONAL
+from risorius_offline.active_fibres import ActiveFibres
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation
-from risorius_offline.effects import Effect, NodeBlocks
+from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import SOLVERS, default_solver
-from risorius_offline.muscles.polyline_fibres import fibre_points
+from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
+from risorius_offline.unit_strain import UnitStrain
+
+# A body strained less than this is as good as at rest.
+STRAIN_OF_REST = 1e-6
 
 
 class FullModel:
     """Finite elements of an anatomy. Displacements are (n, 3) in metres, parameters (p,) as in `Anatomy.inputs`.
 
-    effects: further terms of the energy. mean_dilatation: volume terms on the element's mean J, which keeps hexahedra,
-    wedges and quadratic tetrahedra from locking. solver: a name in `linear_solver.SOLVERS`.
+    effects: further terms of the energy. fibre_law: of `mechanics.fibres`; HILL is the muscles' force-length relation.
+    mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
+    locking. solver: a name in `linear_solver.SOLVERS`.
     """
 
     def __init__(
@@ -31,6 +39,7 @@ class FullModel:
         anatomy: Anatomy,
         effects: Sequence[Effect] = (),
         *,
+        fibre_law: int = PROPORTIONAL,
         mean_dilatation: bool = True,
         solver: str | None = None,
     ) -> None:
@@ -38,10 +47,15 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
-        self._fibres = self._fibre_operator()
-        self.tissue = Tissue(self.discretisation, anatomy.materials, self._fibres, mean_dilatation)
+        points = fibre_points(self.discretisation, anatomy.muscles)
+        self.fibres = ActiveFibres(self.discretisation, points, self.muscle_count, fibre_law)
+        # In proportion to the stretch, active stress is a constant tensor, which the tissue's kernels take on the way.
+        self._fibres_in_tissue = fibre_law == PROPORTIONAL
+        tensors = active_tensors(self.discretisation, points, self.muscle_count)
+        self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
+        self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
         prescribed = anatomy.skull | anatomy.jaw
-        self._activations = np.zeros(self.muscle_count)
+        self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
 
@@ -54,6 +68,7 @@ class FullModel:
         """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
         self._activations = parameters[: self.muscle_count]
         self.tissue.set_activations(self._activations)
+        self._dead_load = DeadLoad((self._dead_loads @ self._activations).reshape(-1, 3))
         for effect in self.effects:
             effect.set_parameters(parameters)
 
@@ -67,34 +82,65 @@ class FullModel:
             u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
         return u
 
+    def follow_bones(self, u: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+        """Displacement u (n, 3) with the bones moved from parameters `before` to `after`, where they land exactly.
+
+        Tissue follows to first order, as far as surfaces let it.
+        """
+        direction = self._following(before, after)
+        followed = u + self.largest_step(u, direction) * direction
+        followed.reshape(-1)[self.prescribed] = self.prescribed_motion(after).reshape(-1)[self.prescribed]
+        return followed
+
+    def followed_share(self, u: FloatArray, before: FloatArray, after: FloatArray) -> float:
+        """Share of the way from parameters `before` to `after` on which surfaces let tissue follow the bones."""
+        return self.largest_step(u, self._following(before, after))
+
+    def _following(self, before: FloatArray, after: FloatArray) -> FloatArray:
+        """First-order displacement (n, 3) of tissue and bones between two sets of parameters."""
+        motion = self.anatomy.jaw_motion
+        if motion is None:
+            return np.zeros_like(self.anatomy.points)
+        change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
+        return np.tensordot(change, self.lift_fields, axes=1)
+
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
-        total, _ = self.tissue.energy(u)
-        for effect in self.effects:
-            if np.isfinite(total):
-                total += effect.energy(u)
-        return total
+        total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
+        if not np.isfinite(total):
+            return total
+        if not self._fibres_in_tissue:
+            total += self.fibres.energy(u, self._activations)
+        return total + sum(effect.energy(u) for effect in self.effects)
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
         """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
+        total += self._dead_load.add_forces(u, forces)
+        if not self._fibres_in_tissue:
+            total += self.fibres.add_forces(u, self._activations, forces)
         for effect in self.effects:
             total += effect.add_forces(u, forces)
         return total, smallest, forces
 
-    def tangent(self, u: FloatArray, *, project: bool = False) -> tuple[FloatArray, list[NodeBlocks]]:
-        """Second derivatives of the energy: values in `discretisation.pattern` (overwritten by the next call), blocks.
+    def tangent(self, u: FloatArray, *, projection: float = 0.0) -> tuple[FloatArray, list[NodeBlocks]]:
+        """Second derivatives of the energy at u: values in `discretisation.pattern`, and node blocks of the effects.
 
-        With `project` both are made of positive semi-definite pieces.
+        projection: 0 for the true ones, 1 for ones made of positive semi-definite pieces, a mixture in between.
         """
-        return self.tissue.tangent(u, project=project), [
-            effect.second_derivatives(u, project=project) for effect in self.effects
-        ]
+        values, blocks = np.zeros(self.discretisation.pattern.nnz), []
+        for share, project in ((1.0 - projection, False), (projection, True)):
+            if share == 0.0:
+                continue
+            values += share * self._element_tangent(u, project)
+            derivatives = [effect.second_derivatives(u, project=project) for effect in self.effects]
+            blocks += [NodeBlocks(block.nodes, share * block.matrices) for block in derivatives]
+        return values, blocks
 
-    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
+    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
         """Factorise the free part of the tangent at u; raises NotPositiveDefiniteError."""
-        self.system.factorise(*self.tangent(u, project=project))
+        self.system.factorise(*self.tangent(u, projection=projection))
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
@@ -105,9 +151,18 @@ class FullModel:
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
 
     def force_scale(self, forces: FloatArray) -> float:
-        """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with."""
-        active = self.muscle_forces @ self._activations
-        return float(np.hypot(np.linalg.norm(active), np.linalg.norm(forces.reshape(-1)[self.prescribed])))
+        """Norm (N) of muscle forces at rest and of the reactions in forces (n, 3): what a residual is compared with.
+
+        At least the forces of a body that is as good as at rest, which are no measure of what a residual should be.
+        """
+        active = np.linalg.norm(self._muscle_forces_at_rest @ self._activations)
+        reactions = np.linalg.norm(forces.reshape(-1)[self.prescribed])
+        return math.hypot(active, reactions, STRAIN_OF_REST * self._unit_strain.force)
+
+    @property
+    def energy_scale(self) -> float:
+        """Energy (J) at unit strain, which rounding is relative to."""
+        return self._unit_strain.energy
 
     @cached_property
     def system(self) -> TangentSystem:
@@ -116,20 +171,9 @@ class FullModel:
             raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
         return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name])
 
-    @cached_property
-    def muscle_forces(self) -> FloatArray:
-        """(3 n, muscles) nodal forces at rest of each muscle at full activation, newtons."""
-        columns = np.zeros((self.discretisation.dof_count, self.muscle_count))
-        start = 0
-        for block in self.discretisation.volumes:
-            size = block.weights.size * 6
-            fibres = self._fibres[start : start + size].toarray().reshape(*block.weights.shape, 6, -1)
-            full = fibres[:, :, [[0, 3, 5], [3, 1, 4], [5, 4, 2]], :]
-            nodal = np.einsum("eq,eqijm,eqaj->eaim", block.weights, full, block.gradients, optimize=True)
-            dofs = 3 * block.cells.connectivity[:, :, None] + np.arange(3)
-            np.add.at(columns, dofs, nodal)
-            start += size
-        return columns
+    def muscle_forces(self, u: FloatArray) -> FloatArray:
+        """(3 n, muscles) derivatives of the forces at u by the activations, newtons at full activation."""
+        return self.fibres.muscle_forces(u) - self._dead_loads
 
     @cached_property
     def lift_fields(self) -> FloatArray:
@@ -137,39 +181,38 @@ class FullModel:
         motion = self.anatomy.jaw_motion
         if motion is None:
             return np.zeros((0, *self.anatomy.points.shape))
-        self.set_parameters(np.zeros(len(self.anatomy.inputs.parameters)))
-        values = self.tissue.tangent(np.zeros_like(self.anatomy.points))
+        values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
         self.system.factorise(values, [])
         pattern = self.discretisation.pattern
-        upper = sp.csr_matrix((values.copy(), pattern.indices, pattern.indptr), shape=pattern.shape)
+        upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
         fields = np.where(self.anatomy.jaw[:, None], motion.unit_motions(self.anatomy.points), 0.0)
         flat = fields.reshape(len(fields), -1)
         flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
         return fields
 
+    def passive_stiffness(self, u: FloatArray, *, project: bool = False) -> FloatArray:
+        """Values (nnz,) in `discretisation.pattern` of the tangent of the tissue at u without activation."""
+        self.tissue.set_activations(np.zeros(self.muscle_count))
+        values = self.tissue.tangent(u, project=project).copy()
+        self.tissue.set_activations(self._activations)
+        return values
+
     def point_jacobians(self, u: FloatArray) -> FloatArray:
         """J at every quadrature point, then on every triangle of the skin where there is an epidermis."""
-        values = []
-        for block in self.discretisation.blocks:
-            gradient = np.einsum("eai,eqaj->eqij", u[block.cells.connectivity], block.gradients)
-            values.append(np.linalg.det(gradient + np.eye(3)).ravel())
-        return np.concatenate(values)
+        blocks = self.discretisation.blocks
+        return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
-    def _fibre_operator(self) -> sp.csr_matrix:
-        """Sparse (6 points, muscles): active tensor (xx, yy, zz, xy, yz, zx) of every muscle at full activation."""
-        positions = np.concatenate([block.positions.reshape(-1, 3) for block in self.discretisation.volumes])
-        rows, columns, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
-        for number, muscle in enumerate(self.anatomy.muscles):
-            inside, t = fibre_points(positions, muscle.polylines, muscle.radius)
-            if not len(inside):
-                raise InputError(
-                    f"muscle {muscle.name!r} has no tissue within its radius of {1e3 * muscle.radius:g} mm; "
-                    "check its coordinates, its units or give a larger radius"
-                )
-            x, y, z = t.T
-            values.append(muscle.max_stress * np.stack([x * x, y * y, z * z, x * y, y * z, z * x], axis=1).ravel())
-            rows.append((6 * inside[:, None] + np.arange(6)).ravel())
-            columns.append(np.full(6 * len(inside), number))
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return sp.csr_matrix(entries, shape=(6 * len(positions), self.muscle_count))
+    def _element_tangent(self, u: FloatArray, project: bool) -> FloatArray:
+        values = self.tissue.tangent(u, project=project)
+        if not self._fibres_in_tissue:
+            self.fibres.add_tangent(u, self._activations, project, values)
+        return values
+
+    @cached_property
+    def _muscle_forces_at_rest(self) -> FloatArray:
+        return self.muscle_forces(np.zeros_like(self.anatomy.points))
+
+    @cached_property
+    def _unit_strain(self) -> UnitStrain:
+        return UnitStrain.of(self.discretisation, self.anatomy.materials)

@@ -1,8 +1,9 @@
 """A guarded Newton method for the minimum of an energy that is infinite where a state is not admissible.
 
-Directions come from a factorised tangent; when it is not positive definite, its pieces are projected (Teran et al.
-2005). A line search on the energy (Armijo) never leaves the admissible states: J > 0 at every point, no surface through
-another. Factors are kept while they contract the residual well.
+Directions come from a factorised tangent; when it is not positive definite, as much of its projection (Teran et al.
+2005) is mixed in as it takes: projection alone is too stiff where tissue is about to buckle. A line search on the
+energy (Armijo) never leaves the admissible states: J > 0 at every point, no surface through another. Factors are kept
+while they contract the residual well.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from risorius_offline.linear_solver import NotPositiveDefiniteError
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
-# Relative changes of the energy below this are rounding, and the line search cannot judge them.
+PROJECTIONS = (0.0, 0.25, 1.0)
+# Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
 
@@ -27,6 +29,11 @@ class Energy(Protocol):
     """What is minimised over the free components of a displacement u (n, 3)."""
 
     free: IntArray
+
+    @property
+    def energy_scale(self) -> float:
+        """Joules that the terms of the energy are made of, though they may cancel: what rounding is relative to."""
+        ...
 
     def energy(self, u: FloatArray) -> float:
         """Joules; infinite where u is not admissible."""
@@ -36,8 +43,11 @@ class Energy(Protocol):
         """Energy, smallest J and the derivative of the energy (n, 3), newtons."""
         ...
 
-    def factorise(self, u: FloatArray, *, project: bool = False) -> None:
-        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError."""
+    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
+        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError.
+
+        projection: share of their projection in them, 1 for one made of positive semi-definite pieces.
+        """
         ...
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
@@ -49,7 +59,7 @@ class Energy(Protocol):
         ...
 
     def force_scale(self, forces: FloatArray) -> float:
-        """Norm (N) of the forces that balance in forces (n, 3): what a residual is compared with."""
+        """Norm (N) of the forces that balance in forces (n, 3), not zero: what a residual is compared with."""
         ...
 
 
@@ -80,22 +90,22 @@ class GuardedNewton:
 
         The report is added to: counts go on, energy, residual and smallest J are those of the last iterate.
         """
-        last_residual, have_factors = np.inf, False
+        last_residual, level = np.inf, None
         for _ in range(self.max_iterations):
             value, smallest, forces = energy.forces(u)
             if not np.isfinite(value):
                 return None
             gradient = forces.reshape(-1)[energy.free]
-            report.residual = _relative(gradient, energy.force_scale(forces))
+            report.residual = float(np.linalg.norm(gradient)) / energy.force_scale(forces)
             report.energy, report.smallest_jacobian = value, smallest
             if report.residual <= self.tolerance:
                 return u
-            contracts_well = have_factors and report.residual <= GOOD_CONTRACTION * last_residual
+            contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, u, gradient, value) if contracts_well else None
             if following is None:
-                if not _factorise(energy, u, report):
+                level = _factorise(energy, u, max(level or 0, 1) - 1, report)
+                if level is None:
                     return None
-                have_factors = True
                 following = _step(energy, u, gradient, value)
             if following is None:
                 return None
@@ -104,22 +114,17 @@ class GuardedNewton:
         return None
 
 
-def _relative(gradient: FloatArray, scale: float) -> float:
-    norm = float(np.linalg.norm(gradient))
-    return norm / scale if scale > 0.0 else norm
-
-
-def _factorise(energy: Energy, u: FloatArray, report: SolverReport) -> bool:
-    """Factorise the tangent at u, projected where it must be; False when even that is not positive definite."""
-    for project in (False, True):
+def _factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
+    """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
+    for trial in range(level, len(PROJECTIONS)):
         report.factorisations += 1
-        report.projections += project
+        report.projections += trial > 0
         try:
-            energy.factorise(u, project=project)
-            return True
+            energy.factorise(u, projection=PROJECTIONS[trial])
+            return trial
         except NotPositiveDefiniteError:
             continue
-    return False
+    return None
 
 
 def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float) -> FloatArray | None:
@@ -130,11 +135,12 @@ def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float) -> 
     slope = float(gradient @ flat[energy.free])
     if slope >= 0.0:
         return None
+    rounding = ENERGY_PRECISION * max(abs(value), energy.energy_scale)
     length = energy.largest_step(u, direction)
     while length >= SMALLEST_STEP_LENGTH:
         trial = u + length * direction
         reached = energy.energy(trial)
-        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + ENERGY_PRECISION * abs(value):
+        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + rounding:
             return trial
         length *= 0.5
     return None

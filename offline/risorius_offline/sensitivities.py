@@ -31,20 +31,13 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
         raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
     result = np.zeros((len(parameters), *u.shape))
     forces = np.empty((len(parameters), u.size))
-    for number in range(len(parameters)):
-        if number < model.muscle_count:
-            forces[number] = _by_activation(model, parameters, number, u)
-        else:
-            result[number], forces[number] = _by_jaw_weight(model, parameters, number, u)
+    forces[: model.muscle_count] = model.muscle_forces(u).T
+    for number in range(model.muscle_count, len(parameters)):
+        result[number], forces[number] = _by_jaw_weight(model, parameters, number, u)
     model.set_parameters(parameters)
     flat = result.reshape(len(parameters), -1)
     flat[:, model.free] = -model.solve(np.ascontiguousarray(forces[:, model.free].T)).T
     return result
-
-
-def _by_activation(model: FullModel, parameters: FloatArray, number: int, u: FloatArray) -> FloatArray:
-    """df/da (3 n,): forces are linear in the activations, so that one difference is exact."""
-    return (_forces(model, _moved(parameters, number, 1.0), u) - _forces(model, parameters, u)).ravel()
 
 
 def _by_jaw_weight(

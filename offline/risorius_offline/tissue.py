@@ -31,7 +31,7 @@ class Tissue:
     ) -> None:
         self.discretisation = discretisation
         self._active_tensors = active_tensors
-        self._mean_dilatation = mean_dilatation
+        self.mean_dilatation = mean_dilatation
         by_layer = np.array([material.coefficients for material in materials])
         coefficients = [by_layer[block.cells.layer] for block in discretisation.volumes]
         coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in discretisation.films]
@@ -62,7 +62,7 @@ class Tissue:
         """Values of the tangent in `discretisation.pattern` (a buffer that the next call overwrites)."""
         self._values[:] = 0.0
         for integrand, scatter in zip(self._integrands, self.discretisation.scatter, strict=True):
-            elements.tangent(u, *integrand, self._mean_dilatation, project, scatter, self._values)
+            elements.tangent(u, *integrand, self.mean_dilatation, project, scatter, self._values)
         return self._values
 
     @cached_property
@@ -73,8 +73,6 @@ class Tissue:
         total, smallest = 0.0, np.inf
         target = np.empty((0, 3)) if forces is None else forces
         for integrand in self._integrands:
-            energy, lowest = elements.energy_and_forces(
-                u, *integrand, self._mean_dilatation, forces is not None, target
-            )
+            energy, lowest = elements.energy_and_forces(u, *integrand, self.mean_dilatation, forces is not None, target)
             total, smallest = total + energy, min(smallest, lowest)
         return total, smallest

@@ -102,15 +102,9 @@ class Engine:
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, float] | None) -> FloatArray:
         table = self.model.inputs
-        if weights is None:
-            parameters = np.zeros(len(table.parameters))
-        elif isinstance(weights, Mapping):
-            parameters = table.to_parameters(table.weights(weights))
-        else:
-            parameters = table.to_parameters(table.checked(weights))
-        if muscles:
-            parameters = np.minimum(parameters + table.activations(muscles), 1.0)
-        return parameters
+        if weights is None or isinstance(weights, Mapping):
+            return table.to_parameters(table.weights(weights or {}), muscles)
+        return table.to_parameters(table.checked(weights), muscles)
 
     def _reconstruct(self, q: FloatArray, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
         shape = self.model.rest_vertices.shape

@@ -103,9 +103,13 @@ class InputTable:
             self._checked(self.names[bad], array[bad], float(self.lower[bad]))
         return array
 
-    def to_parameters(self, weights: FloatArray) -> FloatArray:
-        """Parameters (muscle activations and jaw weights) of a weight array; several drives of one muscle saturate."""
-        return np.clip(weights @ self.drive, self.parameter_lower, 1.0)
+    def to_parameters(self, weights: FloatArray, muscles: Mapping[str, float] | None = None) -> FloatArray:
+        """Parameters (muscle activations and jaw weights) of a weight array; several drives of one muscle saturate.
+
+        Named muscle activations add to what the inputs ask of the same muscle, up to full activation.
+        """
+        parameters = np.clip(weights @ self.drive, self.parameter_lower, 1.0)
+        return np.minimum(parameters + self.activations(muscles), 1.0) if muscles else parameters
 
     def activations(self, muscles: Mapping[str, float]) -> FloatArray:
         """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""

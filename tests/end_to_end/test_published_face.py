@@ -39,7 +39,7 @@ def mouth_corners(anatomy: Anatomy) -> list[int]:
     """Skin nodes nearest to where the marginal orbicularis oris turns at either side (left, right)."""
     skin = np.unique(anatomy.skin)
     muscles = [m for m in anatomy.muscles if m.name.startswith("orbicularis_oris_marginalis")]
-    turns = [muscle.polylines[0][-1] for muscle in muscles]
+    turns = [muscle.fibres.lines[0][-1] for muscle in muscles]
     return [int(skin[np.linalg.norm(anatomy.points[skin] - turn, axis=1).argmin()]) for turn in turns]
 
 
@@ -60,7 +60,7 @@ def test_zygomaticus_of_one_side_leaves_the_other_side_alone(face: FullModel) ->
 def test_mentalis_raises_the_chin(face: FullModel) -> None:
     anatomy = face.anatomy
     u = act(face, AU17=1.0).u
-    mental = np.concatenate([m.polylines[0] for m in anatomy.muscles if m.name.startswith("mentalis")])
+    mental = np.concatenate([m.fibres.lines[0] for m in anatomy.muscles if m.name.startswith("mentalis")])
     boss = mental[mental[:, 2].argmax()]
     skin = np.unique(anatomy.skin)
     near = skin[np.linalg.norm(anatomy.points[skin] - boss, axis=1) < 8e-3]

@@ -6,8 +6,11 @@ import numpy as np
 
 from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Anatomy, Muscle
+from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
+from risorius_offline.muscles.loads import ActiveStress
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from tests.offline.meshes import box
 
 DRAG = JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, 0.0, sideways_slide=0.008)
@@ -33,4 +36,6 @@ def muscle_block(cell_type: str, material: Yeoh, distortion: float = 0.2) -> Ana
     """A 20 mm cube, fixed at z = 0, with a muscle along x through its middle."""
     points, cells = box(cell_type, distortion=distortion)
     line = np.array([[0.0, 0.01, 0.01], [0.02, 0.01, 0.012]])
-    return block_anatomy(points, cells, material, muscles=(Muscle("pull", (line,), 0.006, 20e3),))
+    return block_anatomy(
+        points, cells, material, muscles=(Muscle("pull", PolylineFibres((line,), 0.006), ActiveStress(20e3)),)
+    )

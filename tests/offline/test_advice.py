@@ -13,7 +13,7 @@ from tests.offline.models import muscle_block
 def test_linear_tetrahedra_in_nearly_incompressible_tissue_are_told_with_the_measured_error():
     (line,) = advice(muscle_block("tetra", Yeoh.neo_hookean(15e3, 0.485)))
     assert line.startswith("block: 48 linear tetrahedra with Poisson's ratio up to 0.485")
-    assert "at 0.49 a layered cheek comes out" in line
+    assert "at 0.49 a layered cheek comes out 20 % wrong, and 1.8 % with as many nodes in quadratic" in line
     assert line.endswith("export the mesh as tetra10")
 
 

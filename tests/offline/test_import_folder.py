@@ -74,7 +74,7 @@ def test_import_turns_units_and_axes_into_ours(folder):
     extent = np.ptp(anatomy.points, axis=0)
     np.testing.assert_allclose(extent, [0.120, 0.140, 0.035], atol=1e-6)
     assert [m.name for m in anatomy.muscles] == ["zygomaticus_major_L", "zygomaticus_major_R"]
-    left, right = (m.polylines[0] for m in anatomy.muscles)
+    left, right = (m.fibres.lines[0] for m in anatomy.muscles)
     assert left[:, 0].min() > 0  # the person's left is +x; the source's y points to the right
     np.testing.assert_array_equal(left * [-1, 1, 1], right)
     assert anatomy.points[anatomy.jaw, 1].max() < anatomy.points[anatomy.skull, 1].min()
@@ -107,7 +107,7 @@ def test_anatomy_file_comes_back_as_it_was(folder, tmp_path):
     assert loaded.materials == anatomy.materials
     assert loaded.jaw_motion == anatomy.jaw_motion
     assert loaded.epidermis == anatomy.epidermis
-    np.testing.assert_array_equal(loaded.muscles[1].polylines[0], anatomy.muscles[1].polylines[0])
+    np.testing.assert_array_equal(loaded.muscles[1].fibres.lines[0], anatomy.muscles[1].fibres.lines[0])
 
 
 def drop(name):
@@ -159,7 +159,10 @@ def far_away():
         (muscle_file(frame="z is up"), r"muscles.json: frame 'z is up' does not name three axes"),
         (muscle_file(muscles=far_away()), r"muscle 'zyg_L', line 0, point 1 lies \d+ mm outside the mesh"),
         (muscle_file(muscles=[]), r"muscles.json: field muscles: List should have at least 1 item"),
-        (muscle_file(muscles=[{"id": "A", "name": "a"}]), r"muscle 'A' needs either 'fibres_one_side_m' or 'fibres_m'"),
+        (
+            muscle_file(muscles=[{"id": "A", "name": "a"}]),
+            r"muscle 'A': it has no fibres; give exactly one of fibres_one_side_m, fibres_m, ",
+        ),
     ],
 )
 def test_bad_muscle_file_is_refused_with_file_item_and_remedy(folder, content, message):

@@ -24,7 +24,8 @@ def deformed_model(cell_type, mean_dilatation, amplitude=6e-4):
 
 def full_tangent(model, u, *, project=False):
     pattern = model.discretisation.pattern
-    upper = sp.csr_matrix((model.tangent(u, project=project)[0].copy(), pattern.indices, pattern.indptr), pattern.shape)
+    values, _ = model.tangent(u, projection=float(project))
+    upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), pattern.shape)
     return (upper + sp.triu(upper, 1).T).toarray()
 
 

@@ -8,9 +8,11 @@ import pytest
 from risorius.errors import SolverError
 from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Muscle
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.muscles.loads import ActiveStress
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from risorius_offline.sensitivities import sensitivities
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy
@@ -21,7 +23,9 @@ def model():
     """A 20 mm cube with two muscles between a fixed bottom and a top that moves as a mandible."""
     points, cells = box("hexahedron", cells=(3, 3, 3), distortion=0.15)
     lines = [np.array([[0.0, y, 0.01], [0.02, y, 0.012]]) for y in (0.006, 0.014)]
-    muscles = tuple(Muscle(f"pull_{k}", (line,), 0.004, 20e3) for k, line in enumerate(lines))
+    muscles = tuple(
+        Muscle(f"pull_{k}", PolylineFibres((line,), 0.004), ActiveStress(20e3)) for k, line in enumerate(lines)
+    )
     top = np.isclose(points[:, 2], 0.02)
     anatomy = block_anatomy(points, cells, Yeoh(2500.0, 1175.0, 250e3), dragged=top, muscles=muscles)
     return FullModel(replace(anatomy, jaw_motion=JawMotion((0.0, 0.03, 0.0), 0.2, 0.003, 0.002, 0.002)))

@@ -83,7 +83,8 @@ def test_an_interrupted_run_goes_on_where_it_was(anatomy, tmp_path):
 def test_finished_samples_of_another_anatomy_are_never_taken(anatomy, tmp_path):
     """A fibre line that moved is another anatomy, though nodes, materials and design are the same."""
     (muscle,) = anatomy.muscles
-    moved = replace(anatomy, muscles=(replace(muscle, polylines=(muscle.polylines[0] + [0.0, 0.004, 0.0],)),))
+    fibres = replace(muscle.fibres, lines=(muscle.fibres.lines[0] + [0.0, 0.004, 0.0],))
+    moved = replace(anatomy, muscles=(replace(muscle, fibres=fibres),))
 
     def interrupt(done, failed, total):
         if done >= 2:

@@ -17,23 +17,10 @@ from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 from risorius.mechanics.material import Yeoh
 from risorius_offline.discretisation import CellBlock, IntArray
+from risorius_offline.muscles.muscle import Muscle
 
 SCHEMA = "risorius-anatomy"
-SCHEMA_VERSION = 1
-
-
-@dataclass(frozen=True)
-class Muscle:
-    """A muscle given by lines of its fibres.
-
-    polylines: (k, 3) each, metres. radius: tissue within this distance of a line is muscle, metres.
-    max_stress: active stress at activation 1, pascals.
-    """
-
-    name: str
-    polylines: tuple[FloatArray, ...]
-    radius: float
-    max_stress: float
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -100,10 +87,7 @@ class Anatomy:
             group[f"cells/{block.cell_type}/connectivity"] = block.connectivity
             group[f"cells/{block.cell_type}/layer"] = block.layer
         for number, muscle in enumerate(self.muscles):
-            item = group.create_group(f"muscles/{number:03d}")
-            item.attrs.update(name=muscle.name, radius=muscle.radius, max_stress=muscle.max_stress)
-            for k, line in enumerate(muscle.polylines):
-                item[f"{k:03d}"] = line
+            muscle.write(group.create_group(f"muscles/{number:03d}"))
         for name, bone in self.bones.items():
             group[f"bones/{name}/points"], group[f"bones/{name}/triangles"] = bone.points, bone.triangles
         if self.jaw_motion:
@@ -122,14 +106,9 @@ class Anatomy:
             skull=group["skull"][()],
             jaw=group["jaw"][()],
             skin=group["skin"][()],
-            muscles=tuple(_read_muscle(item) for item in group["muscles"].values()),
+            muscles=tuple(Muscle.read(item) for item in group.get("muscles", {}).values()),
             jaw_motion=JawMotion(**storage.plain_attributes(group["jaw_motion"])) if "jaw_motion" in group else None,
             epidermis=float(group.attrs["epidermis"]),
             bones=bones,
             provenance=json.loads(group.attrs["provenance"]),
         )
-
-
-def _read_muscle(item: h5py.Group) -> Muscle:
-    lines = tuple(line[()] for line in item.values())
-    return Muscle(str(item.attrs["name"]), lines, float(item.attrs["radius"]), float(item.attrs["max_stress"]))

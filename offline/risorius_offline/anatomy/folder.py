@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import meshio
@@ -12,13 +13,18 @@ from scipy.spatial import cKDTree
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray, JawMotion
-from risorius_offline.anatomy.anatomy import Anatomy, Muscle, Surface
+from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.anatomy.frame import Frame, check_size, parse_frame
 from risorius_offline.anatomy.landmarks import jaw_motion, sellion
 from risorius_offline.anatomy.muscle_file import read_muscle_file
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces, visible_faces
-from risorius_offline.discretisation import CellBlock, IntegratedBlock
+from risorius_offline.discretisation import CellBlock, Discretisation, IntegratedBlock
 from risorius_offline.elements import ELEMENTS
+from risorius_offline.muscles.assembly import dead_loads, fibre_points
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
+from risorius_offline.muscles.region import Region
+from risorius_offline.muscles.spline_fibres import SplineFibres
 
 MESH_SUFFIXES = (".vtu", ".vtk", ".msh", ".inp", ".xdmf")
 SURFACE_SUFFIXES = (".ply", ".stl", ".obj")
@@ -53,8 +59,8 @@ def import_folder(folder: Path) -> Anatomy:
     faces = visible_faces(visible_faces(boundary_faces(cells), deep), flags.get(RIM_FLAG, np.zeros_like(deep)))
     skin = as_triangles(faces, points)
     origin = sellion(points[np.unique(skin)])
-    muscles = muscle_file.muscles(frame, origin)
-    _check_inside(muscles, points - origin)
+    muscles = muscle_file.muscles(frame, origin, _regions(muscle_file.region_ids, mesh, flags, mesh_path))
+    _check_muscles(muscles, points - origin, cells)
     moved_bones = {name: Surface(bone.points - origin, bone.triangles) for name, bone in bones.items()}
     return Anatomy(
         name=folder.name,
@@ -143,17 +149,47 @@ def _motion(bones: dict[str, Surface]) -> JawMotion | None:
     return jaw_motion(bones[JAW_BONE].points)
 
 
-def _check_inside(muscles: tuple[Muscle, ...], points: FloatArray) -> None:
-    """Raise InputError for a fibre line that strays from the mesh nodes (n, 3)."""
+def _regions(
+    ids: Sequence[str], mesh: meshio.Mesh, flags: dict[str, npt.NDArray[np.bool_]], path: Path
+) -> dict[str, Region]:
+    """Regions of the muscles that the mesh marks: cell data `muscle_ID`, point data `origin_ID`, `insertion_ID`."""
+    result = {}
+    for name in ids:
+        marks = mesh.cell_data.get(f"muscle_{name}")
+        if marks is None:
+            raise InputError(
+                f"{path.name}: cell data 'muscle_{name}' is missing "
+                f"(cell data found: {', '.join(sorted(mesh.cell_data)) or 'none'}); "
+                "add it as 0/1 cell data"
+            )
+        parts: dict[str, list[npt.NDArray[np.bool_]]] = {}
+        for block, mark in zip(mesh.cells, marks, strict=True):
+            parts.setdefault(block.type, []).append(np.asarray(mark).ravel() != 0)
+        cells = {kind: np.flatnonzero(np.concatenate(parts[kind])) for kind in ELEMENTS if kind in parts}
+        origin, insertion = (np.flatnonzero(_flag(flags, f"{area}_{name}", path)) for area in ("origin", "insertion"))
+        result[name] = Region(cells, origin, insertion)
+    return result
+
+
+def _check_muscles(muscles: tuple[Muscle, ...], points: FloatArray, cells: tuple[CellBlock, ...]) -> None:
+    """Raise InputError for a fibre line that strays from the mesh nodes (n, 3) and for a muscle without tissue."""
     tree = cKDTree(points)
     for muscle in muscles:
-        for number, line in enumerate(muscle.polylines):
+        if not isinstance(muscle.fibres, PolylineFibres | SplineFibres):
+            continue
+        for number, line in enumerate(muscle.fibres.lines):
             distance, _ = tree.query(line)
-            if distance.max() > 2.0 * muscle.radius:
+            if distance.max() > 2.0 * muscle.fibres.radius:
                 raise InputError(
                     f"muscles.json: muscle {muscle.name!r}, line {number}, point {int(distance.argmax())} lies "
                     f"{1e3 * distance.max():.0f} mm outside the mesh; check its coordinates, units and frame"
                 )
+    discretisation = Discretisation(points, cells)
+    try:
+        fibre_points(discretisation, muscles)
+        dead_loads(discretisation, muscles)
+    except InputError as error:
+        raise InputError(f"muscles.json: {error}") from error
 
 
 def _sha256(path: Path) -> str:

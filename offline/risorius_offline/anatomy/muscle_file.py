@@ -1,28 +1,25 @@
-"""muscles.json of an import folder: units, frame, materials and fibre lines."""
+"""muscles.json of an import folder: units, frame, materials and muscles."""
 
 from __future__ import annotations
 
 import json
-import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Muscle
 from risorius_offline.anatomy.frame import Frame
+from risorius_offline.anatomy.layers import MUSCLE_TO_SKIN, layer_materials
+from risorius_offline.anatomy.muscle_entry import MuscleEntry, Placement, Positive
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.region import Region
 
 # Published values of the ArtiSynth face (Nazari et al. 2010, Flynn et al. 2015); bulk modulus 100 c10.
 DEFAULT_TISSUE = Yeoh(c10=2500.0, c20=1175.0, bulk=250e3)
-DEFAULT_RADIUS, DEFAULT_STRESS = 0.006, 100e3
-
-Point = tuple[float, float, float]
-Line = Annotated[list[Point], Field(min_length=2)]
-Positive = Annotated[float, Field(gt=0)]
 
 
 class MaterialEntry(BaseModel):
@@ -35,15 +32,12 @@ class MaterialEntry(BaseModel):
     bulk: Positive
 
 
-class MuscleEntry(BaseModel):
-    """One muscle: fibre lines of one side, to be mirrored, or fibre lines as they are; metres."""
+class LayersEntry(BaseModel):
+    """Instead of materials: the documented layers, with the ratio of muscle to skin stiffness."""
 
-    id: str
-    name: str
-    fibres_one_side_m: list[Line] | None = None
-    fibres_m: list[Line] | None = None
-    radius_m: Positive = DEFAULT_RADIUS
-    max_stress_pa: Positive = DEFAULT_STRESS
+    model_config = ConfigDict(extra="forbid")
+
+    muscle_to_skin: Positive = MUSCLE_TO_SKIN
 
 
 class MuscleFile(BaseModel):
@@ -52,34 +46,29 @@ class MuscleFile(BaseModel):
     units: str
     frame: str
     materials: list[MaterialEntry] | None = None
+    layers: LayersEntry | None = None
     muscles_: Annotated[list[MuscleEntry], Field(alias="muscles", min_length=1)]
 
     @property
     def layer_materials(self) -> tuple[Yeoh, ...]:
         """Material of every layer number; the published tissue when the file names none."""
+        if self.layers is not None:
+            if self.materials is not None:
+                raise InputError("muscles.json: it has 'materials' and 'layers'; give one of them")
+            return layer_materials(self.layers.muscle_to_skin)
         if self.materials is None:
             return (DEFAULT_TISSUE,)
         return tuple(Yeoh(entry.c10, entry.c20, entry.bulk) for entry in self.materials)
 
-    def muscles(self, frame: Frame, origin: FloatArray) -> tuple[Muscle, ...]:
-        """Muscles in our frame, both sides; `name_L` is the person's left."""
-        result: list[Muscle] = []
-        for entry in self.muscles_:
-            name = re.sub(r"[^a-z0-9]+", "_", entry.name.lower()).strip("_")
-            if (entry.fibres_one_side_m is None) == (entry.fibres_m is None):
-                raise InputError(
-                    f"muscles.json: muscle {entry.id!r} needs either 'fibres_one_side_m' or 'fibres_m', not both"
-                )
-            lines = [frame.rotation @ np.array(line).T for line in entry.fibres_one_side_m or entry.fibres_m or []]
-            given = tuple(np.ascontiguousarray(line.T) - origin for line in lines)
-            if entry.fibres_m is not None:
-                result.append(Muscle(name, given, entry.radius_m, entry.max_stress_pa))
-                continue
-            mirrored = tuple(line * np.array([-1.0, 1.0, 1.0]) for line in given)
-            left_first = (given, mirrored) if np.concatenate(given)[:, 0].mean() > 0 else (mirrored, given)
-            for side, side_lines in zip("LR", left_first, strict=True):
-                result.append(Muscle(f"{name}_{side}", side_lines, entry.radius_m, entry.max_stress_pa))
-        return tuple(result)
+    @property
+    def region_ids(self) -> tuple[str, ...]:
+        """Ids of the muscles whose cells and areas the mesh marks."""
+        return tuple(entry.id for entry in self.muscles_ if entry.region is not None)
+
+    def muscles(self, frame: Frame, origin: FloatArray, regions: Mapping[str, Region]) -> tuple[Muscle, ...]:
+        """Muscles in our frame, both sides; `name_L` is the person's left. Regions by the id of their muscle."""
+        placement = Placement(frame.rotation, origin)
+        return tuple(muscle for entry in self.muscles_ for muscle in entry.muscles(placement, regions))
 
 
 def read_muscle_file(path: Path) -> MuscleFile:

@@ -1,5 +1,6 @@
 """The seed's artificial model: two nested cylinders (Figure 7.7), the inner one a muscle along the axis.
 
+Its fibres are the test deformation (7.7), from the bottom of the inner cylinder to its top, with its hull as capsule.
 The bottom is fixed, the rest of the boundary is free. The axis is y. The mesh is a square core blended into rings, with
 the symmetry of a square.
 """
@@ -10,9 +11,13 @@ import numpy as np
 
 from risorius.jaw import FloatArray
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Anatomy, Muscle
+from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.discretisation import CellBlock, IntArray
+from risorius_offline.muscles.deformation_fibres import DeformationFibres
+from risorius_offline.muscles.loads import ActiveStress
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.region import Region
 
 HEIGHT, INNER_RADIUS, OUTER_RADIUS = 0.06, 0.010, 0.020
 CORE_CELLS, INNER_RINGS, OUTER_RINGS, LAYERS = 4, 2, 4, 16
@@ -30,7 +35,13 @@ def nested_cylinders() -> Anatomy:
     cells = np.concatenate([lower, upper], axis=2).reshape(-1, 8)
     block = CellBlock("hexahedron", cells, np.zeros(len(cells), dtype=np.int64))
     bottom = np.isclose(points[:, 1], 0.0)
-    axis = np.array([[0.0, y, 0.0] for y in np.linspace(0.0, HEIGHT, LAYERS + 1)])
+    top = np.isclose(points[:, 1], HEIGHT)
+    inner = np.hypot(points[:, 0], points[:, 2]) <= INNER_RADIUS * (1.0 + 1e-9)
+    muscle = Region(
+        cells={block.cell_type: np.flatnonzero(inner[cells].all(axis=1))},
+        origin=np.flatnonzero(inner & bottom),
+        insertion=np.flatnonzero(inner & top),
+    )
     return Anatomy(
         name="nested cylinders",
         points=points,
@@ -39,7 +50,7 @@ def nested_cylinders() -> Anatomy:
         skull=bottom,
         jaw=np.zeros(len(points), dtype=bool),
         skin=as_triangles(boundary_faces([block]), points),
-        muscles=(Muscle("axial", (axis,), INNER_RADIUS, MUSCLE_STRESS),),
+        muscles=(Muscle("axial", DeformationFibres(muscle), ActiveStress(MUSCLE_STRESS)),),
         jaw_motion=None,
         provenance={"source": "builtin: two nested cylinders after Figure 7.7 of Gladilin's chapter 7"},
     )

@@ -18,6 +18,7 @@ class ReferenceElement:
     """An element in VTK node order with positive volume.
 
     nodes: (a, 3) reference coordinates. points (3, q) and weights (q,): quadrature. corners: number of vertices.
+    mass_rule: points and weights that integrate products of two shape functions exactly on an undistorted cell.
     faces: vertices of each face, counter-clockwise seen from outside. basis: the scikit-fem element whose shape
     functions are used; its own node order does not matter.
     """
@@ -27,6 +28,7 @@ class ReferenceElement:
     basis: skfem.Element
     points: FloatArray
     weights: FloatArray
+    mass_rule: tuple[FloatArray, FloatArray]
     corners: int
     faces: tuple[tuple[int, ...], ...]
 

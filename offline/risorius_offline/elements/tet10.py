@@ -14,6 +14,7 @@ TET10 = ReferenceElement(
     basis=_BASIS,
     points=_POINTS,
     weights=_WEIGHTS,
+    mass_rule=gauss(_BASIS, 4),
     corners=4,
     faces=TET4.faces,
 )

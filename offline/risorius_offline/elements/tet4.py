@@ -13,6 +13,7 @@ TET4 = ReferenceElement(
     basis=_BASIS,
     points=_POINTS,
     weights=_WEIGHTS,
+    mass_rule=gauss(_BASIS, 2),
     corners=4,
     faces=((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
 )

@@ -13,6 +13,7 @@ WEDGE6 = ReferenceElement(
     basis=_BASIS,
     points=_POINTS,
     weights=_WEIGHTS,
+    mass_rule=(_POINTS, _WEIGHTS),
     corners=6,
     faces=((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
 )

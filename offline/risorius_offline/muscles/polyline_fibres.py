@@ -3,11 +3,75 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
 
+import h5py
 import numpy as np
 
+from risorius.errors import InputError
 from risorius.jaw import FloatArray
-from risorius_offline.discretisation import IntArray
+from risorius_offline.discretisation import Discretisation
+from risorius_offline.muscles.fibres import FibreField, InsertionEnd, volume_positions
+
+
+@dataclass(frozen=True)
+class PolylineFibres:
+    """Tissue within `radius` metres of a line, along the nearest segment.
+
+    lines: (k, 3) each, metres, from the origin to the insertion. The sense only matters to a force density.
+    """
+
+    lines: tuple[FloatArray, ...]
+    radius: float
+    kind: ClassVar[str] = "polylines"
+
+    def field(self, discretisation: Discretisation) -> FibreField:
+        """Points within the radius; raises InputError where there are none."""
+        distance, tangent = nearest_on_polylines(volume_positions(discretisation), self.lines)
+        inside = np.flatnonzero(distance <= self.radius)
+        if not len(inside):
+            raise InputError(no_tissue(self.radius))
+        return FibreField(inside, -tangent[inside])
+
+    def length(self, discretisation: Discretisation) -> float:
+        """Mean length of the lines, metres."""
+        return mean_length(self.lines)
+
+    def insertion_end(self, discretisation: Discretisation) -> InsertionEnd:
+        """Mean of the last points and of the last tangents of the lines."""
+        ends = np.array([line[-1] for line in self.lines])
+        return mean_end(ends, np.array([line[-1] - line[-2] for line in self.lines]), self.radius)
+
+    def write(self, group: h5py.Group) -> None:
+        """Store lines and radius."""
+        group.attrs["radius"] = self.radius
+        for number, line in enumerate(self.lines):
+            group[f"{number:03d}"] = line
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> PolylineFibres:
+        """Load what `write` stored."""
+        return cls(tuple(line[()] for line in group.values()), float(group.attrs["radius"]))
+
+
+def no_tissue(radius: float) -> str:
+    """Message for lines without tissue near them; radius in metres."""
+    return (
+        f"no tissue within its radius of {1e3 * radius:g} mm; check its coordinates, its units or give a larger radius"
+    )
+
+
+def mean_length(lines: Iterable[FloatArray]) -> float:
+    """Mean length of polylines (k, 3), in their unit."""
+    return float(np.mean([np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines]))
+
+
+def mean_end(ends: FloatArray, tangents: FloatArray, radius: float) -> InsertionEnd:
+    """One end for lines that end at (k, 3) with tangents (k, 3) of any length."""
+    direction = (tangents / np.linalg.norm(tangents, axis=1, keepdims=True)).sum(axis=0)
+    return InsertionEnd(ends.mean(axis=0), direction / np.linalg.norm(direction), radius)
 
 
 def nearest_on_polylines(points: FloatArray, polylines: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
@@ -29,12 +93,3 @@ def nearest_on_polylines(points: FloatArray, polylines: tuple[FloatArray, ...]) 
             best[closer] = distance[closer]
             tangent[closer] = edge / length
     return best, tangent
-
-
-def fibre_points(
-    positions: FloatArray, polylines: tuple[FloatArray, ...], radius: float
-) -> tuple[IntArray, FloatArray]:
-    """Numbers (k,) of the positions (n, 3) within `radius` metres of a line, and the fibre directions (k, 3) there."""
-    distance, tangent = nearest_on_polylines(positions, polylines)
-    inside = np.flatnonzero(distance <= radius)
-    return inside, tangent[inside]

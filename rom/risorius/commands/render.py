@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from risorius.commands.settings import parse_settings, split_muscles
 from risorius.errors import InputError
 
 
@@ -25,39 +25,20 @@ def render(
     """Draw the face with given weights to a PNG file."""
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: pictures are written as PNG; give a name that ends in .png")
-    values = _values(settings or ())
+    values = parse_settings(settings or ())
     pixels = _pixels(size)
     from risorius.engine import Engine
-    from risorius.inputs import without_side
     from risorius.model import load
     from risorius.picture import draw_face, save_png
 
     engine = Engine(load(model))
-    table = engine.model.inputs
-    known_muscles = {*table.muscles, *map(without_side, table.muscles)} - set(table.aliases)
-    muscles = {name: value for name, value in values.items() if name in known_muscles}
-    frame = engine.evaluate({name: value for name, value in values.items() if name not in muscles}, muscles=muscles)
+    inputs, muscles = split_muscles(values, engine.model.inputs)
+    frame = engine.evaluate(inputs, muscles=muscles)
     picture = draw_face(
         frame.vertices, engine.triangles, view=view, size=pixels, keep_in_view=engine.model.rest_vertices
     )
     save_png(output, picture)
     typer.echo(f"{output}: {engine.model.name}, {frame.method}, error up to {1e3 * frame.error:.2g} mm")
-
-
-def _values(settings: Sequence[str]) -> dict[str, float]:
-    values: dict[str, float] = {}
-    for setting in settings:
-        name, sign, text = setting.partition("=")
-        try:
-            value = float(text)
-        except ValueError:
-            sign = ""
-        if not (name and sign):
-            raise InputError(f"--set {setting}: not NAME=WEIGHT; write for example --set AU12=0.8")
-        if name in values:
-            raise InputError(f"--set {setting}: {name} is set twice; give it one weight")
-        values[name] = value
-    return values
 
 
 def _pixels(size: str) -> tuple[int, int]:

@@ -17,13 +17,12 @@ import numpy as np
 
 from risorius.mechanics.point import (
     active_stress,
-    add_active_tangent,
-    add_cofactor_derivative,
     barrier,
     cofactor,
     isochoric,
     volumetric,
 )
+from risorius.mechanics.projection import modes_below
 
 _compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp", "reassoc"})
 
@@ -114,72 +113,68 @@ def energy_and_forces(  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _positive(H, L, shift):  # type: ignore[no-untyped-def]
-    """Whether H + shift I has a Cholesky factor; L is working space."""
-    for j in range(9):
-        s = H[j, j] + shift
-        for k in range(j):
-            s -= L[j, k] * L[j, k]
-        if s <= 0.0:
-            return False
-        L[j, j] = math.sqrt(s)
-        for i in range(j + 1, 9):
-            t = H[i, j]
-            for k in range(j):
-                t -= L[i, k] * L[j, k]
-            L[i, j] = t / L[j, j]
-    return True
-
-
-@_compiled
-def _project(H, L, floor):  # type: ignore[no-untyped-def]
-    """Raise the eigenvalues of H to `floor` where they are below (Teran et al. 2005)."""
-    if _positive(H, L, -floor):
-        return
-    values, vectors = np.linalg.eigh(H)
-    for i in range(9):
-        for j in range(9):
-            s = 0.0
-            for k in range(9):
-                s += vectors[i, k] * max(values[k], floor) * vectors[j, k]
-            H[i, j] = s
-
-
-@_compiled
-def _point_tangent(F, G, jacobian, c10, c20, lam, pressure, active, local_stiffness, local, H):  # type: ignore[no-untyped-def]
-    """d2 psi / dF dF (9, 9) at a point, with the element's pressure; `local` takes U at the point instead."""
+def _derivatives(c10, c20, lam, F, jacobian, pressure, local):  # type: ignore[no-untyped-def]
+    """2 psi_1, 4 psi_11, psi_J and psi_JJ with the element's pressure; `local` takes U at the point instead."""
     i1 = 0.0
     for i in range(9):
         i1 += F[i] * F[i]
     _, dpsi, ddpsi = isochoric(c10, c20, i1)
     _, slope, curvature = barrier(c10, jacobian)
-    slope += pressure
-    curvature += local_stiffness
     if local:
-        _, dlocal, ddlocal = volumetric(lam, jacobian)
-        slope += dlocal
-        curvature += ddlocal
-    for i in range(9):
-        for j in range(9):
-            H[i, j] = 4.0 * ddpsi * F[i] * F[j] + curvature * G[i] * G[j]
-        H[i, i] += 2.0 * dpsi
-    add_cofactor_derivative(H, F, slope)
-    add_active_tangent(H, active)
+        _, pressure, bulk = volumetric(lam, jacobian)
+        curvature += bulk
+    return 2.0 * dpsi, 4.0 * ddpsi, slope + pressure, curvature
 
 
 @_compiled
-def _add_point(K, H, HB, gradient, w, nodes):  # type: ignore[no-untyped-def]
-    """Add w B^T H B of one point to the upper triangle, by node, of the element matrix K; HB is working space."""
-    for b in range(nodes):
-        x, y, z = w * gradient[b, 0], w * gradient[b, 1], w * gradient[b, 2]
-        for row in range(9):
-            for k in range(3):
-                HB[row, 3 * b + k] = H[row, 3 * k] * x + H[row, 3 * k + 1] * y + H[row, 3 * k + 2] * z
-    for a in range(nodes):
+def _append(T, gradient, factor, vectors, scaled, row):  # type: ignore[no-untyped-def]
+    """Write v = T grad N_a, node by node, into a row of `vectors` (m, 3 a) and factor v into that of `scaled`."""
+    for a in range(gradient.shape[0]):
         x, y, z = gradient[a, 0], gradient[a, 1], gradient[a, 2]
         for i in range(3):
-            for c in range(3 * a, 3 * nodes):
-                K[3 * a + i, c] += x * HB[3 * i, c] + y * HB[3 * i + 1, c] + z * HB[3 * i + 2, c]
+            v = T[3 * i] * x + T[3 * i + 1] * y + T[3 * i + 2] * z
+            vectors[row, 3 * a + i] = v
+            scaled[row, 3 * a + i] = factor * v
+    return row + 1
+
+
+@_compiled
+def _append_mean(weights, factor, vectors, scaled, row):  # type: ignore[no-untyped-def]
+    """As `_append`, with the weighted sum of the first rows of `vectors`."""
+    for r in range(vectors.shape[1]):
+        v = 0.0
+        for q in range(len(weights)):
+            v += weights[q] * vectors[q, r]
+        vectors[row, r] = v
+        scaled[row, r] = factor * v
+    return row + 1
+
+
+@_compiled
+def _add_shear(gradient, w, shear, A, S):  # type: ignore[no-untyped-def]
+    """Add w grad N_a . (shear I + A) grad N_b to S (a, a)."""
+    xx, yy, zz = w * (shear + A[0]), w * (shear + A[1]), w * (shear + A[2])
+    xy, yz, zx = w * A[3], w * A[4], w * A[5]
+    for a in range(gradient.shape[0]):
+        x, y, z = gradient[a, 0], gradient[a, 1], gradient[a, 2]
+        hx, hy, hz = xx * x + xy * y + zx * z, xy * x + yy * y + yz * z, zx * x + yz * y + zz * z
+        for b in range(gradient.shape[0]):
+            S[a, b] += hx * gradient[b, 0] + hy * gradient[b, 1] + hz * gradient[b, 2]
+
+
+@_compiled
+def _scatter(K, T, S, positions, values):  # type: ignore[no-untyped-def]
+    """Add K + S (x) I minus T with the components of its two nodes exchanged to the stored entries of a matrix."""
+    nodes = S.shape[0]
+    for a in range(nodes):
+        for i in range(3):
+            for b in range(nodes):
+                for j in range(3):
+                    position = positions[3 * a + i, 3 * b + j]
+                    if position >= 0:
+                        values[position] += K[3 * a + i, 3 * b + j] - T[3 * a + j, 3 * b + i]
+                        if i == j:
+                            values[position] += S[a, b]
 
 
 @_compiled
@@ -190,37 +185,48 @@ def tangent(  # type: ignore[no-untyped-def]
 
     scatter (e, 3 a, 3 a): position in `values` of every entry, -1 for entries that are not stored (the other
     triangle). `project` makes every element tangent positive semi-definite.
+
+    With f_a = F grad N_a and g_a = cof F grad N_a, the block of nodes a and b is the sum over points of
+
+        w (grad N_a . (2 psi_1 I + A) grad N_b I + 4 psi_11 f_a f_b^T + psi_JJ g_a g_b^T
+           + psi_J / J (g_a g_b^T - g_b g_a^T))
+
+    All terms c v v^T, also those of the projection and of the mean dilatation, make one matrix product.
     """
     nodes, points = connectivity.shape[1], weights.shape[1]
     F, G, jacobian = np.empty((points, 9)), np.empty((points, 9)), np.empty(points)
-    H, L, HB = np.empty((9, 9)), np.empty((9, 9)), np.empty((9, 3 * nodes))
-    K, mean_gradient = np.empty((3 * nodes, 3 * nodes)), np.empty(3 * nodes)
+    # Rows: g and f of every point, at most nine modes of every point, the mean of g.
+    vectors, scaled = np.empty((11 * points + 1, 3 * nodes)), np.empty((11 * points + 1, 3 * nodes))
+    exchanged = np.empty((points, 3 * nodes))
+    K, T, S = np.empty((3 * nodes, 3 * nodes)), np.empty((3 * nodes, 3 * nodes)), np.empty((nodes, nodes))
+    modes, lifts, work = np.empty((9, 9)), np.empty(9), np.empty((5, 9))
     for e in range(connectivity.shape[0]):
         c10, c20, lam = coefficients[e, 0], coefficients[e, 1], coefficients[e, 2]
         volume, mean, _ = _deformation(u, connectivity, gradients, weights, e, F, G, jacobian)
         _, pressure, stiffness = _dilatation(lam, volume, mean, mean_dilatation)
         # With one point the dilatational term belongs to the point: projecting the sum is less stiff.
         at_point = stiffness * volume if points == 1 else 0.0
-        K[:] = 0.0
-        mean_gradient[:] = 0.0
+        S[:] = 0.0
+        rows = points
         for q in range(points):
-            w = weights[e, q]
-            _point_tangent(
-                F[q], G[q], jacobian[q], c10, c20, lam, pressure, active[e, q], at_point, not mean_dilatation, H
-            )
-            if project:
-                _project(H, L, PROJECTION_FLOOR * c10)
-            _add_point(K, H, HB, gradients[e, q], w, nodes)
-            for a in range(nodes):
-                for i in range(3):
-                    for j in range(3):
-                        mean_gradient[3 * a + i] += w * G[q, 3 * i + j] * gradients[e, q, a, j]
-        if points > 1 and stiffness != 0.0:
+            w, gradient, A = weights[e, q], gradients[e, q], active[e, q]
+            local = not mean_dilatation
+            shear, stretch, slope, curvature = _derivatives(c10, c20, lam, F[q], jacobian[q], pressure, local)
+            curvature += at_point
+            turn = slope / jacobian[q]
+            _append(G[q], gradient, w * (curvature + turn), vectors, scaled, q)
+            _add_shear(gradient, w, shear, A, S)
             for r in range(3 * nodes):
-                for c in range(r, 3 * nodes):
-                    K[r, c] += stiffness * mean_gradient[r] * mean_gradient[c]
-        for r in range(3 * nodes):
-            for c in range(3 * nodes):
-                position = scatter[e, r, c]
-                if position >= 0:
-                    values[position] += K[r, c] if c // 3 >= r // 3 else K[c, r]
+                exchanged[q, r] = w * turn * vectors[q, r]
+            if stretch != 0.0:
+                rows = _append(F[q], gradient, w * stretch, vectors, scaled, rows)
+            if project:
+                floor = PROJECTION_FLOOR * c10
+                count = modes_below(F[q], G[q], shear, stretch, slope, curvature, A, floor, modes, lifts, work)
+                for k in range(count):
+                    rows = _append(modes[k], gradient, w * lifts[k], vectors, scaled, rows)
+        if points > 1 and stiffness != 0.0:
+            rows = _append_mean(weights[e], stiffness, vectors, scaled, rows)
+        np.dot(vectors[:rows].T, scaled[:rows], K)
+        np.dot(vectors[:points].T, exchanged, T)
+        _scatter(K, T, S, scatter[e], values)

@@ -1,0 +1,95 @@
+"""The boundary of a mesh as a surface that can touch itself: nodes, triangles, neighbours and areas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius.jaw import FloatArray
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.anatomy.surface import as_triangles, boundary_faces
+from risorius_offline.discretisation import IntArray
+from risorius_offline.effects.point_triangle import CORNERS, EDGES, TRIANGLE, compiled
+
+
+@dataclass(frozen=True)
+class ContactSurface:
+    """Closed boundary in its own numbering: row i of every array by node is node nodes[i] of the mesh.
+
+    nodes (b,); points (b, 3) at rest, metres; areas (b,) a third of the triangles around each node, square metres;
+    bone (b,) flags. triangles (m, 3), outward; across (m, 3) the triangle beyond the edge from corner k to the next,
+    -1 where not exactly two meet; fans lists the triangles around each node, from fan_starts[i] to fan_starts[i + 1].
+    """
+
+    nodes: IntArray
+    points: FloatArray
+    areas: FloatArray
+    bone: npt.NDArray[np.bool_]
+    triangles: IntArray
+    across: IntArray
+    fans: IntArray
+    fan_starts: IntArray
+
+    @classmethod
+    def of(cls, anatomy: Anatomy) -> ContactSurface:
+        """Boundary of all cells of an anatomy."""
+        nodes, flat = np.unique(as_triangles(boundary_faces(anatomy.cells), anatomy.points), return_inverse=True)
+        triangles = np.ascontiguousarray(flat.reshape(-1, 3), dtype=np.int64)
+        points = np.ascontiguousarray(anatomy.points[nodes])
+        a, b, c = np.moveaxis(points[triangles], 1, 0)
+        third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+        areas = np.zeros(len(nodes))
+        np.add.at(areas, triangles, third[:, None])
+        order = np.argsort(triangles.ravel(), kind="stable")
+        counts = np.bincount(triangles.ravel(), minlength=len(nodes))
+        return cls(
+            nodes=nodes,
+            points=points,
+            areas=areas,
+            bone=(anatomy.skull | anatomy.jaw)[nodes],
+            triangles=triangles,
+            across=_triangles_across(triangles),
+            fans=order // 3,
+            fan_starts=np.concatenate([[0], np.cumsum(counts)]),
+        )
+
+
+def _triangles_across(triangles: IntArray) -> IntArray:
+    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    sides = np.argsort(number.ravel(), kind="stable")
+    sides = sides[(count == 2)[number.ravel()[sides]]].reshape(-1, 2)
+    across = np.full(len(edges), -1)
+    across[sides[:, 0]], across[sides[:, 1]] = sides[:, 1] // 3, sides[:, 0] // 3
+    return across.reshape(-1, 3)
+
+
+@compiled
+def admitted(p, t, triangles, bone):  # type: ignore[no-untyped-def]
+    """Whether node p can touch triangle t: it is not one of its corners, and not all four nodes are on bone."""
+    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    return p != a and p != b and p != c and not (bone[p] and bone[a] and bone[b] and bone[c])
+
+
+@compiled
+def multiplicity(p, t, feature, triangles, bone, across, fans, fan_starts):  # type: ignore[no-untyped-def]
+    """How often a feature of triangle t counts for node p: 1 for the triangle, -1 for an edge, 1 for a corner.
+
+    An edge between two admitted triangles would count twice and is taken off once, by the lower numbered of them; a
+    corner in a full circle of admitted triangles, whose edges then take off too much, is put back by the first.
+    """
+    if feature == TRIANGLE:
+        return 1.0
+    if feature < CORNERS[0]:
+        other = across[t, feature - EDGES[0]]
+        return -1.0 if other > t and admitted(p, other, triangles, bone) else 0.0
+    corner = triangles[t, feature - CORNERS[0]]
+    start, end = fan_starts[corner], fan_starts[corner + 1]
+    if fans[start] != t:
+        return 0.0
+    for k in range(start, end):
+        if not admitted(p, fans[k], triangles, bone):
+            return 0.0
+    return 1.0

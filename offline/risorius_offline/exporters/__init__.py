@@ -1,0 +1,1 @@
+"""Writers of formats of other programs, one a file."""

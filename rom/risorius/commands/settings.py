@@ -1,0 +1,37 @@
+"""Weights on the command line: `--set NAME=WEIGHT`, of an input or a muscle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from risorius.errors import InputError
+
+if TYPE_CHECKING:
+    from risorius.inputs import InputTable
+
+
+def parse_settings(settings: Sequence[str]) -> dict[str, float]:
+    """Weights by name; raises InputError for what is not NAME=WEIGHT and for a name that is set twice."""
+    values: dict[str, float] = {}
+    for setting in settings:
+        name, sign, text = setting.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            sign = ""
+        if not (name and sign):
+            raise InputError(f"--set {setting}: not NAME=WEIGHT; write for example --set AU12=0.8")
+        if name in values:
+            raise InputError(f"--set {setting}: {name} is set twice; give it one weight")
+        values[name] = value
+    return values
+
+
+def split_muscles(values: Mapping[str, float], table: InputTable) -> tuple[dict[str, float], dict[str, float]]:
+    """Weights of inputs and activations of muscles; a name that is both, or neither, counts as an input."""
+    from risorius.inputs import without_side
+
+    known = {*table.muscles, *map(without_side, table.muscles)} - set(table.aliases)
+    muscles = {name: value for name, value in values.items() if name in known}
+    return {name: value for name, value in values.items() if name not in muscles}, muscles
