@@ -115,7 +115,7 @@ def solve(
         held = np.repeat(mesh.skull[:, None], 3, axis=1) | problem.held(mesh)
         model.free, model.prescribed = np.flatnonzero(~held), np.flatnonzero(held)
     model.tangent(np.zeros_like(mesh.points))  # the tables and the analysis are made once for a mesh
-    _ = model.system, model.muscle_forces, model.lift_fields
+    _ = model.system, model.lift_fields
     begin = time.process_time()
     try:
         found = EquilibriumSolver(model).solve(problem.activations, start)

@@ -12,10 +12,12 @@ from scipy.interpolate import interp1d
 
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy import load_source
-from risorius_offline.anatomy.anatomy import Anatomy, Muscle
+from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import CellBlock
 from risorius_offline.elements import ELEMENTS
-from risorius_offline.muscles.polyline_fibres import nearest_on_polylines
+from risorius_offline.muscles.loads import ActiveStress
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres, nearest_on_polylines
 
 NO_SKIN = np.zeros((0, 3), dtype=np.int64)
 FACE = Path(os.environ.get("RISORIUS_ANATOMY_DIR", "../shared/anatomy")) / "artisynth_face"
@@ -89,7 +91,7 @@ def slab() -> Problem:
     layers = np.tile(np.arange(4), len(cells) // 4)
     middle = points.reshape(5, 5, 5, 3)[:, :, MUSCLE_LAYER : MUSCLE_LAYER + 2].mean(axis=2)
     lines = tuple(interp1d(np.linspace(0.0, 40.0, 5), middle, axis=1)(across) for across in np.arange(0.5, 40.0))
-    muscle = Muscle("layer", lines, 1.585e-3, 10e3)
+    muscle = Muscle("layer", PolylineFibres(lines, 1.585e-3), ActiveStress(10e3))
     anatomy = _anatomy("slab", points, cells, layers, materials, bone, (muscle,))
     return Problem("slab", anatomy, np.array([0.5]), levels=3, reference=2)
 
@@ -105,7 +107,7 @@ def cheek() -> Problem:
     """The published face within 35 mm of the left zygomaticus major, held where it is cut: a finer reference fits."""
     anatomy = face().coarsest
     (muscle,) = (muscle for muscle in anatomy.muscles if muscle.name == f"{SMILE}_L")
-    near = [nearest_on_polylines(anatomy.points[block.connectivity].mean(axis=1), muscle.polylines)[0] < 0.035
+    near = [nearest_on_polylines(anatomy.points[block.connectivity].mean(axis=1), muscle.fibres.lines)[0] < 0.035
             for block in anatomy.cells]  # fmt: skip
     kept, cut = (
         [CellBlock(b.cell_type, b.connectivity[k], b.layer[k]) for b, k in zip(anatomy.cells, flags, strict=True)]

@@ -5,12 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy.anatomy import Muscle
 from risorius_offline.discretisation import CellBlock
 from risorius_offline.effects import DeadLoad
 from risorius_offline.elements import ELEMENTS
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.muscles.loads import ActiveStress
+from risorius_offline.muscles.muscle import Muscle
+from risorius_offline.muscles.polyline_fibres import PolylineFibres
 from tests.offline.manufactured import SHEAR, SWIRL, DirichletModel, on_surface, relative_errors
 from tests.offline.meshes import box, mirrored
 from tests.offline.models import block_anatomy
@@ -99,12 +101,16 @@ def test_an_element_resists_every_motion_but_the_six_rigid_ones(cell_type, mean_
     assert eigenvalues[6] > 1e-3 * eigenvalues[-1]
 
 
+def pull(line):
+    return Muscle("pull", PolylineFibres((line,), 0.006), ActiveStress(20e3))
+
+
 @pytest.mark.parametrize(("cell_type", "mean_dilatation"), CASES)
 def test_mirrored_muscles_in_a_mirrored_mesh_give_a_mirrored_face(cell_type, mean_dilatation):
     half, cells = box(cell_type, distortion=0.2)
     points, block, partner = mirrored(half, cells)
     line = np.array([[0.004, 0.004, 0.004], [0.016, 0.016, 0.012]])
-    muscles = tuple(Muscle(name, (line * side,), 0.006, 20e3) for name, side in (("l", [1, 1, 1]), ("r", [-1, 1, 1])))
+    muscles = tuple(pull(line * side) for side in ([1, 1, 1], [-1, 1, 1]))
     model = FullModel(block_anatomy(points, block, SOFT_TISSUE, muscles=muscles), mean_dilatation=mean_dilatation)
     u = EquilibriumSolver(model, tolerance=1e-12).solve(np.array([0.8, 0.8])).u
     assert np.abs(u).max() > 1e-3
@@ -120,8 +126,7 @@ def test_a_turned_face_deforms_like_the_face_and_turns(cell_type, mean_dilatatio
     fixed = np.isclose(points[:, 2], 0.0)
 
     def solved(turn):
-        muscle = Muscle("pull", (line @ turn.T,), 0.006, 20e3)
-        anatomy = block_anatomy(points @ turn.T, block, SOFT_TISSUE, muscles=(muscle,), fixed=fixed)
+        anatomy = block_anatomy(points @ turn.T, block, SOFT_TISSUE, muscles=(pull(line @ turn.T),), fixed=fixed)
         model = FullModel(anatomy, [DeadLoad(load @ turn.T)], mean_dilatation=mean_dilatation)
         return EquilibriumSolver(model, tolerance=1e-12).solve(np.array([0.8])).u
 
