@@ -3,7 +3,7 @@
 Writes a table (CSV) for each problem, a plot of all in the directory, and prints a summary in Markdown. Errors are of
 the displacement at the nodes of the coarsest mesh, which all meshes share, against a reference in finer quadratic
 tetrahedra. Seconds are processor time of one equilibrium from rest with one thread; the symbolic analysis, once for a
-mesh, is not counted. All parts take half an hour of a quiet core and 8 GiB.
+mesh, is not counted. All parts take half an hour of a quiet core and 10 GiB.
 """
 
 from __future__ import annotations

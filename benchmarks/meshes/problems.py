@@ -31,7 +31,8 @@ class Problem:
     """coarsest: mesh of hexahedra (and wedges). activations: of its muscles and the jaw. levels: how many meshes of
     linear elements, each twice as fine as the last. reference: level of the reference, which is of quadratic
     tetrahedra; those on coarser levels are measured. load: nodal forces (n, 3) in N on a mesh. held: flags (n, 3) of
-    components that do not move, besides bone.
+    components that do not move, besides bone. numbered_alike: whether all hexahedra have the same axes, which a cut
+    into wedges needs.
     """
 
     name: str
@@ -41,11 +42,7 @@ class Problem:
     reference: int
     load: Callable[[Anatomy], np.ndarray] | None = None
     held: Callable[[Anatomy], np.ndarray] | None = None
-
-    @property
-    def numbered_alike(self) -> bool:
-        """Whether all hexahedra are numbered along the same axes, which a cut into wedges needs."""
-        return self.coarsest.name in ("cook", "slab")
+    numbered_alike: bool = True
 
     def with_poisson(self, poisson: float) -> tuple[Yeoh, ...]:
         """Materials of the same shear modulus with another Poisson's ratio."""
@@ -100,7 +97,7 @@ def face() -> Problem:
     """The published face with both zygomatici majores at one half."""
     anatomy = replace(load_source(str(FACE)), epidermis=0.0, skin=NO_SKIN)
     smiling = [0.5 * muscle.name.startswith(SMILE) for muscle in anatomy.muscles]
-    return Problem("face", anatomy, np.array([*smiling, 0.0, 0.0, 0.0]), levels=2, reference=0)
+    return Problem("face", anatomy, np.array([*smiling, 0.0, 0.0, 0.0]), levels=2, reference=0, numbered_alike=False)
 
 
 def cheek() -> Problem:
@@ -128,7 +125,7 @@ def cheek() -> Problem:
         muscles=(muscle,),
         jaw_motion=None,
     )
-    return Problem("cheek", cheek, np.array([0.5]), levels=2, reference=1)
+    return Problem("cheek", cheek, np.array([0.5]), levels=2, reference=1, numbered_alike=False)
 
 
 PROBLEMS = {"cook": cook, "slab": slab, "cheek": cheek, "face": face}

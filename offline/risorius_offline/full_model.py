@@ -169,7 +169,7 @@ class FullModel:
         """The sparse system, analysed once for the free pattern."""
         if self._solver_name not in SOLVERS:
             raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
-        return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name])
+        return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name]())
 
     def muscle_forces(self, u: FloatArray) -> FloatArray:
         """(3 n, muscles) derivatives of the forces at u by the activations, newtons at full activation."""

@@ -19,7 +19,11 @@ class NotPositiveDefiniteError(SolverError):
 
 
 class LinearSolver(Protocol):
-    """Solves with symmetric matrices of one pattern, given by the values of the upper triangle."""
+    """Solves with symmetric matrices of one pattern at a time, given by the values of the upper triangle."""
+
+    def analyse(self, upper: sp.csr_matrix) -> None:
+        """Take the pattern of a matrix, for all that follows; what was known of another is let go."""
+        ...
 
     def factorise(self, values: FloatArray) -> None:
         """Factorise; raises NotPositiveDefiniteError."""
@@ -37,11 +41,15 @@ class Pardiso:
     _ANALYSE, _FACTORISE, _SOLVE = 11, 22, 33
     _ZERO_PIVOT = -4
 
-    def __init__(self, upper: sp.csr_matrix) -> None:
+    def __init__(self) -> None:
         from pypardiso import PyPardisoSolver
 
-        self._matrix = sp.csr_matrix((np.ones_like(upper.data), upper.indices, upper.indptr), shape=upper.shape)
         self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
+
+    def analyse(self, upper: sp.csr_matrix) -> None:
+        """Take the pattern of a matrix, for all that follows; what was known of another is let go."""
+        self._solver.free_memory(everything=True)
+        self._matrix = sp.csr_matrix((np.ones_like(upper.data), upper.indices, upper.indptr), shape=upper.shape)
         self._unused = np.zeros((upper.shape[0], 1))
         self._matrix.setdiag(1.0)
         self._call(self._ANALYSE, self._unused)
@@ -71,7 +79,8 @@ class Pardiso:
 class SuperLU:
     """SciPy's SuperLU without pivoting on a matrix in METIS order (minimum degree where METIS is absent)."""
 
-    def __init__(self, upper: sp.csr_matrix) -> None:
+    def analyse(self, upper: sp.csr_matrix) -> None:
+        """Take the pattern of a matrix, for all that follows; what was known of another is let go."""
         numbered = sp.csr_matrix((np.arange(1.0, upper.nnz + 1), upper.indices, upper.indptr), shape=upper.shape)
         full = (numbered + sp.triu(numbered, 1).T).tocsr()
         self._order = _fill_reducing_order(full)
@@ -110,7 +119,7 @@ def _fill_reducing_order(matrix: sp.csr_matrix) -> np.ndarray:
     return np.asarray(order, dtype=np.int64)
 
 
-SOLVERS: dict[str, Callable[[sp.csr_matrix], LinearSolver]] = {"pardiso": Pardiso, "superlu": SuperLU}
+SOLVERS: dict[str, Callable[[], LinearSolver]] = {"pardiso": Pardiso, "superlu": SuperLU}
 
 
 def default_solver() -> str:

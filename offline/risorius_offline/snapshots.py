@@ -27,6 +27,7 @@ from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
 from risorius.storage import replaced_when_complete, require_folder_of
 from risorius_offline.anatomy import Anatomy
+from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.sampling import SamplingDesign
@@ -53,31 +54,38 @@ def solve_design(
     output: Path,
     workers: int,
     progress: Callable[[int, int, int], None],
+    effects: EffectChoice | None = None,
 ) -> SnapshotSet:
     """Solve all samples with `workers` processes and write `output`; calls progress(done, failed, total).
 
+    effects: of the full model, by default none.
     A sample without an equilibrium is listed in `failures` and left out; it never stops the run.
     Raises InputError when the folder of `output` does not exist, SolverError when no sample at all was solved.
     """
     require_folder_of(output)
-    folder = _parts_folder(anatomy, design, output)
+    effects = effects or EffectChoice()
+    folder = _parts_folder(anatomy, design, effects, output)
     folder.mkdir(exist_ok=True)
     anatomy.save(folder / "anatomy.h5")
-    _solve_missing(folder, design, workers, progress)
-    snapshots = _gather(anatomy, design, folder)
+    _solve_missing(folder, design, effects, workers, progress)
+    snapshots = _gather(anatomy, design, effects, folder)
     snapshots.save(output)
     shutil.rmtree(folder)
     return snapshots
 
 
-def _parts_folder(anatomy: Anatomy, design: SamplingDesign, output: Path) -> Path:
+def _parts_folder(anatomy: Anatomy, design: SamplingDesign, effects: EffectChoice, output: Path) -> Path:
     """Folder of the finished samples; its name holds what they depend on, so that foreign ones are never taken."""
-    digest = hashlib.sha256(anatomy.checksum().encode() + design.parameters.tobytes())
+    digest = hashlib.sha256(anatomy.checksum().encode() + repr(effects).encode() + design.parameters.tobytes())
     return output.with_name(f"{output.name}.parts-{digest.hexdigest()[:12]}")
 
 
 def _solve_missing(
-    folder: Path, design: SamplingDesign, workers: int, progress: Callable[[int, int, int], None]
+    folder: Path,
+    design: SamplingDesign,
+    effects: EffectChoice,
+    workers: int,
+    progress: Callable[[int, int, int], None],
 ) -> None:
     total = len(design.parameters)
     paths = [range(start, min(start + PATH_LENGTH, total)) for start in range(0, total, PATH_LENGTH)]
@@ -87,7 +95,7 @@ def _solve_missing(
         progress(len(list(folder.glob("*.npz"))), len(list(folder.glob("*.failed"))), total)
 
     spawn = multiprocessing.get_context("spawn")
-    with _one_thread_each(), ProcessPoolExecutor(workers, spawn, _start_worker, (folder,)) as pool:
+    with _one_thread_each(), ProcessPoolExecutor(workers, spawn, _start_worker, (folder, effects)) as pool:
         pending = {pool.submit(_solve_path, folder, design.parameters, path) for path in missing}
         try:
             report()
@@ -121,10 +129,10 @@ def _one_thread_each() -> Iterator[None]:
 _solver: EquilibriumSolver | None = None
 
 
-def _start_worker(folder: Path) -> None:
+def _start_worker(folder: Path, effects: EffectChoice) -> None:
     global _solver
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _solver = EquilibriumSolver(FullModel(Anatomy.load(folder / "anatomy.h5")))
+    _solver = EquilibriumSolver(effects.model(Anatomy.load(folder / "anatomy.h5")))
 
 
 def _end_with_parent() -> None:
@@ -183,7 +191,7 @@ def _read_part(path: Path) -> Solved | None:
         return None
 
 
-def _gather(anatomy: Anatomy, design: SamplingDesign, folder: Path) -> SnapshotSet:
+def _gather(anatomy: Anatomy, design: SamplingDesign, effects: EffectChoice, folder: Path) -> SnapshotSet:
     parts: list[Solved] = []
     for number in range(len(design.parameters)):
         part = _read_part(_part(folder, number))
@@ -208,5 +216,5 @@ def _gather(anatomy: Anatomy, design: SamplingDesign, folder: Path) -> SnapshotS
         held_out=design.held_out[solved],
         smallest_jacobians=np.array([parts[number].smallest_jacobian for number in solved]),
         failures=tuple(part.failure for part in parts if part.failure),
-        provenance={**anatomy.provenance, "risorius": version("risorius")},
+        provenance={**anatomy.provenance, **effects.provenance(), "risorius": version("risorius")},
     )

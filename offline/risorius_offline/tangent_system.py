@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,18 +12,20 @@ from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.effect import NodeBlocks
 from risorius_offline.linear_solver import LinearSolver
 
+# Added entries, as a multiple of those in use, from which the pattern is made anew.
+LARGEST_SURPLUS = 4
+
 
 class TangentSystem:
     """Factorises element tangents and node blocks, both given over all components, restricted to the free ones.
 
     pattern: upper triangle of the element tangents, rows <= columns. free (f,): numbers of the free components.
-    Node blocks may couple nodes that share no element (contact): then the pattern grows and is analysed again.
+    Node blocks may couple nodes that share no element (contact): then the pattern grows and is analysed again. What it
+    has grown by is kept, so that contacts that come and go cost no more analyses, until most of it is out of use.
     """
 
-    def __init__(
-        self, pattern: sp.csr_matrix, free: IntArray, make_solver: Callable[[sp.csr_matrix], LinearSolver]
-    ) -> None:
-        self._make_solver = make_solver
+    def __init__(self, pattern: sp.csr_matrix, free: IntArray, solver: LinearSolver) -> None:
+        self._solver = solver
         self._number = np.full(pattern.shape[0], -1, dtype=np.int64)
         self._number[free] = np.arange(len(free))
         rows = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))
@@ -31,14 +33,14 @@ class TangentSystem:
         self._kept = np.flatnonzero((rows >= 0) & (columns >= 0))
         self._size = len(free)
         self._element_keys = self._keys(rows[self._kept], columns[self._kept])
-        self._adopt(self._element_keys)
+        self._adopt(np.zeros(0, dtype=np.int64))
 
     def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
         """Factorise tangent values in the pattern plus node blocks; raises NotPositiveDefiniteError."""
         keys, entries = self._entries(blocks)
         positions = np.searchsorted(self._all_keys, keys)
         if len(keys) and not np.array_equal(self._all_keys[np.minimum(positions, len(self._all_keys) - 1)], keys):
-            self._adopt(np.union1d(self._element_keys, keys))
+            self._grow(np.unique(keys))
             positions = np.searchsorted(self._all_keys, keys)
         data = np.zeros(len(self._all_keys))
         data[self._element_positions] = values[self._kept]
@@ -49,15 +51,22 @@ class TangentSystem:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
         return self._solver.solve(right_hand_side)
 
-    def _adopt(self, keys: IntArray) -> None:
-        """Analyse the pattern whose entries are the sorted keys."""
+    def _grow(self, keys: IntArray) -> None:
+        """Add the sorted keys of present blocks to the pattern, and leave out old ones if they are the most."""
+        beyond = np.setdiff1d(keys, self._element_keys, assume_unique=True)
+        grown = np.union1d(self._added_keys, beyond)
+        self._adopt(grown if len(grown) <= LARGEST_SURPLUS * len(beyond) else beyond)
+
+    def _adopt(self, added: IntArray) -> None:
+        """Analyse the pattern of the elements with the sorted keys that are added to it."""
+        self._added_keys = added
+        keys = np.insert(self._element_keys, np.searchsorted(self._element_keys, added), added)
         self._all_keys = keys
         self._element_positions = np.searchsorted(keys, self._element_keys)
         rows, columns = np.divmod(keys, self._size)
         starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=self._size))])
-        self._solver = self._make_solver(
-            sp.csr_matrix((np.zeros(len(keys)), columns, starts), shape=(self._size, self._size))
-        )
+        shape = (self._size, self._size)
+        self._solver.analyse(sp.csr_matrix((np.zeros(len(keys)), columns, starts), shape=shape))
 
     def _entries(self, blocks: Sequence[NodeBlocks]) -> tuple[IntArray, FloatArray]:
         """Keys and values of the upper triangle over free components; entries of one key may repeat."""

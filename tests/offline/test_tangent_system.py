@@ -1,11 +1,13 @@
 """The sparse system of a step: element values plus node blocks, over the free components only."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from risorius_offline.effects import NodeBlocks
-from risorius_offline.linear_solver import SOLVERS
+from risorius_offline.linear_solver import SOLVERS, SuperLU
 from risorius_offline.tangent_system import TangentSystem
 
 FREE = np.arange(3, 18)  # the first of six nodes is prescribed
@@ -40,7 +42,7 @@ def test_blocks_add_to_the_element_values_wherever_they_couple(name):
     if name == "pardiso":
         pytest.importorskip("pypardiso")
     dense, upper = chain()
-    system = TangentSystem(upper, FREE, SOLVERS[name])
+    system = TangentSystem(upper, FREE, SOLVERS[name]())
     right = np.random.default_rng(0).normal(size=(len(FREE), 2))
     far = [block([5, 1], 1), block([3], 2), block([3], 4), block([0, 4], 3)]  # 5 - 1 share no element, 0 is prescribed
     for blocks in ([], far, far[1:3], []):
@@ -50,15 +52,16 @@ def test_blocks_add_to_the_element_values_wherever_they_couple(name):
 
 
 def test_the_pattern_is_analysed_again_only_when_a_new_pair_of_nodes_appears():
-    made = []
+    class Counting(SuperLU):
+        sizes: ClassVar[list[int]] = []
 
-    def counted(matrix):
-        made.append(matrix.nnz)
-        return SOLVERS["superlu"](matrix)
+        def analyse(self, upper):
+            self.sizes.append(upper.nnz)
+            super().analyse(upper)
 
     _, upper = chain()
-    system = TangentSystem(upper, FREE, counted)
-    for blocks in ([], [block([2], 1)], [block([5, 1], 1)], [block([1, 5], 2)], [block([2], 1)]):
+    system = TangentSystem(upper, FREE, Counting())
+    for blocks in ([], [block([2], 1)], [block([5, 1], 1)], [block([1, 5], 2)], [block([2], 1)], [block([5, 1], 3)]):
         system.factorise(upper.data, blocks)
-    assert len(made) == 2
-    assert made[1] == made[0] + 9
+    assert len(Counting.sizes) == 2
+    assert Counting.sizes[1] == Counting.sizes[0] + 9

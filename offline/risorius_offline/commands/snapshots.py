@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from risorius_offline.commands.effects import Contact, ForceLength, Prestress
 from risorius_offline.commands.installed import require_offline
 from risorius_offline.commands.source import load
 
 if TYPE_CHECKING:
     from risorius.snapshot_file import SnapshotSet
+    from risorius_offline.effect_choice import EffectChoice
 
 DEFAULT_COUNT, DEFAULT_HELD_OUT = 120, 24
 
@@ -29,14 +31,22 @@ def snapshots(
     held_out: HeldOut = DEFAULT_HELD_OUT,
     workers: Workers = 0,
     seed: Seed = 0,
+    contact: Contact = False,
+    prestress: Prestress = 0.0,
+    force_length: ForceLength = False,
 ) -> None:
     """Solve snapshots; a run that was stopped goes on where it was when started again."""
-    solve(source, output, count, held_out, workers, seed)
-
-
-def solve(source: str, output: Path, count: int, held_out: int, workers: int, seed: int) -> SnapshotSet:
-    """Solve, write and return snapshots of a source, with a progress bar; failed samples are listed at the end."""
     require_offline("solving snapshots")
+    from risorius_offline.effect_choice import EffectChoice
+
+    effects = EffectChoice(contact=contact, prestress=prestress, force_length=force_length)
+    solve(source, output, count, held_out, workers, seed, effects)
+
+
+def solve(
+    source: str, output: Path, count: int, held_out: int, workers: int, seed: int, effects: EffectChoice
+) -> SnapshotSet:
+    """Solve, write and return snapshots of a source, with a progress bar; failed samples are listed at the end."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -61,7 +71,7 @@ def solve(source: str, output: Path, count: int, held_out: int, workers: int, se
                 told = tenth
                 console.print(f"snapshots {done}/{total}{f', {failed} failed' if failed else ''}", markup=False)
 
-        result = solve_design(anatomy, plan, output, workers or os.cpu_count() or 1, show)
+        result = solve_design(anatomy, plan, output, workers or os.cpu_count() or 1, show, effects)
     for failure in result.failures:
         console.print(f"not solved: {failure}", markup=False)
     console.print(f"{output}: {len(result.parameters)} snapshots, {len(result.failures)} not solved", markup=False)

@@ -10,6 +10,7 @@ import typer
 from risorius.commands.settings import parse_settings, split_muscles
 from risorius.errors import InputError
 from risorius.storage import require_folder_of
+from risorius_offline.commands.effects import Contact, ForceLength, Gravity, Prestress
 from risorius_offline.commands.installed import require_offline
 from risorius_offline.commands.source import load
 
@@ -30,6 +31,10 @@ def solve(
             "--set", "--muscle", metavar="NAME=WEIGHT", help="Weight of an input or a muscle; may be given often."
         ),
     ] = None,
+    contact: Contact = False,
+    gravity: Gravity = None,
+    prestress: Prestress = 0.0,
+    force_length: ForceLength = False,
 ) -> None:
     """Solve the full model and write tissue and skin for ParaView, the skin as NAME.skin.vtu beside the tissue."""
     require_offline("risorius solve")
@@ -39,15 +44,15 @@ def solve(
     values = parse_settings(settings or ())
     from rich.console import Console
 
+    from risorius_offline.effect_choice import EffectChoice
     from risorius_offline.equilibrium import EquilibriumSolver
     from risorius_offline.exporters.vtu import write_skin, write_tissue
-    from risorius_offline.full_model import FullModel
     from risorius_offline.quantities import skin_state
 
     anatomy = load(source)
     inputs, muscles = split_muscles(values, anatomy.inputs)
     parameters = anatomy.inputs.to_parameters(anatomy.inputs.weights(inputs), muscles)
-    model = FullModel(anatomy)
+    model = EffectChoice(contact, gravity, prestress, force_length).model(anatomy)
     found = EquilibriumSolver(model).solve(parameters)
     skin = skin_state(model, found.u)
     skin_output = output.with_suffix(".skin.vtu")

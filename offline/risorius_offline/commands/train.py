@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from risorius.commands.reduce import DEFAULT_RANK, describe
+from risorius_offline.commands.effects import Contact, ForceLength, Prestress
+from risorius_offline.commands.installed import require_offline
 from risorius_offline.commands.snapshots import (
     DEFAULT_COUNT,
     DEFAULT_HELD_OUT,
@@ -27,11 +29,17 @@ def train(
     rank: Annotated[int, typer.Option(min=1, help="Largest number of POD modes.")] = DEFAULT_RANK,
     workers: Workers = 0,
     seed: Seed = 0,
+    contact: Contact = False,
+    prestress: Prestress = 0.0,
+    force_length: ForceLength = False,
 ) -> None:
     """Solve snapshots and train a reduced model. The snapshots are kept beside the model, as MODEL.snapshots.h5."""
+    require_offline("training")
     from risorius.training import reduce_snapshots
+    from risorius_offline.effect_choice import EffectChoice
 
+    effects = EffectChoice(contact=contact, prestress=prestress, force_length=force_length)
     kept = output.with_suffix(".snapshots.h5")
-    model = reduce_snapshots(solve(source, kept, count, held_out, workers, seed), rank)
+    model = reduce_snapshots(solve(source, kept, count, held_out, workers, seed, effects), rank)
     model.save(output)
     typer.echo(describe(model, output))

@@ -20,7 +20,8 @@ def constrained_minimum(stiffness: sp.csr_matrix, prescribed: FloatArray, admiss
     reduced = (admissible.T @ stiffness @ admissible).tocsr()
     upper = sp.triu(reduced, format="csr")
     upper.sort_indices()
-    solver = SOLVERS[default_solver()](upper)
+    solver = SOLVERS[default_solver()]()
+    solver.analyse(upper)
     solver.factorise(upper.data)
     return prescribed - admissible @ solver.solve(np.asarray(admissible.T @ (stiffness @ prescribed)))
 

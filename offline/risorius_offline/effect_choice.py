@@ -1,0 +1,57 @@
+"""Which effects a full model has: what a run of snapshots or a single solve switches on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from risorius.errors import InputError
+from risorius.mechanics.fibres import HILL, PROPORTIONAL
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.discretisation import Discretisation
+from risorius_offline.effects.bone_contact import BoneContact
+from risorius_offline.effects.effect import Effect
+from risorius_offline.effects.gravity import UPRIGHT, gravity
+from risorius_offline.effects.lip_contact import LipContact
+from risorius_offline.effects.skin_prestress import SkinPrestress
+from risorius_offline.full_model import FullModel
+
+
+@dataclass(frozen=True)
+class EffectChoice:
+    """What is off is absent and costs nothing.
+
+    contact: lips and cheeks slide on teeth, bones and each other; off is the seed's natural boundary. gravity: m/s2 in
+    our axes (y up), as it acts on a face whose shape was taken upright; None is upright. prestress: of the skin at
+    rest, pascals. force_length: muscles after Hill's curve instead of stress in proportion to stretch.
+    """
+
+    contact: bool = False
+    gravity: tuple[float, float, float] | None = None
+    prestress: float = 0.0
+    force_length: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.prestress < float("inf"):
+            raise InputError(
+                f"skin pre-stress {self.prestress:g} Pa; give a number from 0 on (living skin: 7e3 to 53e3)"
+            )
+        if self.gravity is not None and not all(map(math.isfinite, self.gravity)):
+            raise InputError(f"gravity {self.gravity}; give three finite numbers in m/s2, y up")
+
+    def model(self, anatomy: Anatomy) -> FullModel:
+        """Full model of an anatomy with these effects; raises InputError for contact without bones."""
+        effects: list[Effect] = []
+        if self.contact:
+            effects += [BoneContact(anatomy), LipContact(anatomy)]
+        if self.gravity is not None:
+            effects.append(gravity(Discretisation(anatomy.points, anatomy.cells), self.gravity, UPRIGHT))
+        if self.prestress:
+            effects.append(SkinPrestress(anatomy.points, anatomy.skin, self.prestress))
+        return FullModel(anatomy, effects, fibre_law=HILL if self.force_length else PROPORTIONAL)
+
+    def provenance(self) -> Mapping[str, Any]:
+        """What a file remembers of the choice."""
+        return {f"effect_{name}": value for name, value in asdict(self).items()}
