@@ -63,3 +63,17 @@ def box(cell_type: str, cells=(2, 2, 2), size=(0.02, 0.02, 0.02), distortion=0.0
     if cell_type == "tetra10":
         points, connectivity = with_midpoints(points, connectivity)
     return points, CellBlock(cell_type, connectivity, np.zeros(len(connectivity), dtype=np.int64))
+
+
+def mirrored(points, cells: CellBlock):
+    """A mesh in x >= 0 and its mirror image in the plane x = 0, joined there: nodes, cells and each node's partner."""
+    nodes = [tuple(node) for node in cells.element.nodes]
+    # Every reference cell is symmetric in its first two axes: numbering the image with them swapped keeps its volume.
+    swapped = [nodes.index((y, x, z)) for x, y, z in nodes]
+    off_plane = np.flatnonzero(points[:, 0] > 1e-12)
+    image = np.arange(len(points))
+    image[off_plane] = len(points) + np.arange(len(off_plane))
+    both = np.concatenate([points, points[off_plane] * [-1.0, 1.0, 1.0]])
+    partner = np.concatenate([image, off_plane])
+    connectivity = np.concatenate([cells.connectivity, image[cells.connectivity[:, swapped]]])
+    return both, CellBlock(cells.cell_type, connectivity, np.tile(cells.layer, 2)), partner

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from risorius_offline.commands.installed import require_offline
+from risorius_offline.commands.source import load
 
 
 def anatomy(
@@ -16,10 +17,9 @@ def anatomy(
 ) -> None:
     """Import an anatomy, check it and write it as one file."""
     require_offline("risorius anatomy")
-    from risorius_offline.anatomy import load_source
     from risorius_offline.full_model import FullModel
 
-    loaded = load_source(source)
+    loaded = load(source)
     FullModel(loaded)  # a muscle without tissue or an inverted cell shows here, before anything is written
     loaded.save(output)
     cells = ", ".join(f"{len(block.connectivity)} {block.cell_type}" for block in loaded.cells)

@@ -10,6 +10,7 @@ import typer
 
 from risorius_offline.commands.effects import Contact, ForceLength, Prestress
 from risorius_offline.commands.installed import require_offline
+from risorius_offline.commands.source import load
 
 if TYPE_CHECKING:
     from risorius.snapshot_file import SnapshotSet
@@ -49,11 +50,10 @@ def solve(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from risorius_offline.anatomy import load_source
     from risorius_offline.sampling import design
     from risorius_offline.snapshots import solve_design
 
-    anatomy = load_source(source)
+    anatomy = load(source)
     plan = design(anatomy.inputs, count, held_out, seed)
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     columns = ("snapshots", BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())

@@ -12,6 +12,7 @@ from risorius.errors import InputError
 from risorius.storage import require_folder_of
 from risorius_offline.commands.effects import Contact, ForceLength, Gravity, Prestress
 from risorius_offline.commands.installed import require_offline
+from risorius_offline.commands.source import load
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -43,13 +44,12 @@ def solve(
     values = parse_settings(settings or ())
     from rich.console import Console
 
-    from risorius_offline.anatomy import load_source
     from risorius_offline.effect_choice import EffectChoice
     from risorius_offline.equilibrium import EquilibriumSolver
     from risorius_offline.exporters.vtu import write_skin, write_tissue
     from risorius_offline.quantities import skin_state
 
-    anatomy = load_source(source)
+    anatomy = load(source)
     inputs, muscles = split_muscles(values, anatomy.inputs)
     parameters = anatomy.inputs.to_parameters(anatomy.inputs.weights(inputs), muscles)
     model = EffectChoice(contact, gravity, prestress, force_length).model(anatomy)

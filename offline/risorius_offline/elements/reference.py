@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import skfem
 from skfem.quadrature import get_quadrature
+from skfem.refdom import RefLine, RefTri, RefWedge
 
 from risorius.jaw import FloatArray
 
@@ -51,6 +52,13 @@ class ReferenceElement:
 
 
 def gauss(basis: skfem.Element, order: int) -> tuple[FloatArray, FloatArray]:
-    """Points (3, q) and weights (q,) of scikit-fem's rule of a polynomial order."""
-    points, weights = get_quadrature(basis.refdom, order)
-    return points, weights
+    """Points (3, q) and weights (q,) of a rule that is exact for polynomials of an order.
+
+    A wedge gets scikit-fem's triangle rule times its line rule: the weights of scikit-fem 12's own rule for wedges sum
+    to half of the reference volume.
+    """
+    if basis.refdom is not RefWedge:
+        return get_quadrature(basis.refdom, order)
+    (triangle, triangle_weights), (line, line_weights) = (get_quadrature(r, order) for r in (RefTri, RefLine))
+    points = np.vstack([np.repeat(triangle, line.shape[1], axis=1), np.tile(line, triangle.shape[1])])
+    return points, np.outer(triangle_weights, line_weights).ravel()

@@ -1,23 +1,16 @@
-"""Linear wedge, 3 points in the triangle x 2 along the axis.
+"""Linear wedge, 3 points in the triangle x 2 along the axis."""
 
-The rule is put together here: the one that scikit-fem 12 gives for wedges sums to half of the reference volume.
-"""
-
-import numpy as np
 import skfem
-from skfem.quadrature import get_quadrature
 
-from risorius_offline.elements.reference import ReferenceElement
+from risorius_offline.elements.reference import ReferenceElement, gauss
 
-_TRIANGLE, _TRIANGLE_WEIGHTS = get_quadrature(skfem.ElementTriP1().refdom, 2)
-_LINE, _LINE_WEIGHTS = get_quadrature(skfem.ElementLineP1().refdom, 2)
-_POINTS = np.vstack([np.repeat(_TRIANGLE, _LINE.shape[1], axis=1), np.tile(_LINE, _TRIANGLE.shape[1])])
-_WEIGHTS = np.outer(_TRIANGLE_WEIGHTS, _LINE_WEIGHTS).ravel()
+_BASIS = skfem.ElementWedge1()
+_POINTS, _WEIGHTS = gauss(_BASIS, 2)
 
 WEDGE6 = ReferenceElement(
     cell_type="wedge",
     nodes=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)),
-    basis=skfem.ElementWedge1(),
+    basis=_BASIS,
     points=_POINTS,
     weights=_WEIGHTS,
     mass_rule=(_POINTS, _WEIGHTS),
