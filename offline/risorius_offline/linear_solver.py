@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import weakref
 from collections.abc import Callable
 from typing import Protocol
 
@@ -45,6 +46,8 @@ class Pardiso:
         from pypardiso import PyPardisoSolver
 
         self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
+        # MKL's memory is not Python's: it has to be given back by hand.
+        weakref.finalize(self, self._solver.free_memory, everything=True)
 
     def analyse(self, upper: sp.csr_matrix) -> None:
         """Take the pattern of a matrix, for all that follows; what was known of another is let go."""
