@@ -32,8 +32,8 @@ FINDINGS = (
     "5.5 % (wedges) lower in energy.\n"
     "- A parameter that is not a number or infinite is refused like a load without equilibrium, after eight load "
     "steps, and the message does not name it.\n"
-    "- J > 0 at every point does not keep tissue out of itself: the column whose end goes through its base has an "
-    "equilibrium, because only lip contact sees surfaces that cross.\n"
+    "- The column whose end goes through its base has an equilibrium with J > 0 at every quadrature point, but its "
+    "surface crosses itself: without contact nothing sees that.\n"
 )
 COLUMNS = (
     "case",
