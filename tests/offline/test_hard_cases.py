@@ -1,0 +1,77 @@
+"""Every hard case converges to what a freshly built model confirms, or is refused with the documented error."""
+
+import numpy as np
+import pytest
+
+from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
+from tests.offline.hard_attempts import CONVERGES, REFUSED, attempt, check, is_stable
+from tests.offline.hard_cases import SMALL_CASES, face_cases, face_folder
+from tests.offline.hard_models import crushed_block, radius_ratios, smallest_ratio
+
+SADDLES = (
+    "hexahedron: fibre sheet of 300 kPa",
+    "wedge: fibre sheet of 300 kPa",
+    "Hill's law: fibre sheet of 300 kPa at 1",
+)
+
+
+def of(cases, expect):
+    return [pytest.param(case, id=case.name) for case in cases if case.expect == expect]
+
+
+def confirm(case):
+    """Solve, and judge the solution by a model of its own."""
+    tried = attempt(case)
+    assert tried.found is not None, tried.report
+    judged = check(case, case.build(), tried.found)
+    assert judged.finite
+    assert judged.smallest_jacobian > 0.0
+    assert judged.residual <= EquilibriumSolver.tolerance
+    assert tried.report.converged
+    return tried.found
+
+
+@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if not case.start], CONVERGES))
+def test_converges_to_an_equilibrium_of_a_freshly_built_model(case):
+    confirm(case)
+
+
+@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if case.start], CONVERGES))
+def test_goes_back_to_rest_from_full_activation(case):
+    assert np.abs(confirm(case).u).max() < 1e-9
+
+
+@pytest.mark.xfail(strict=True, reason="the slab is symmetric, and the solver stays on the symmetric saddle")
+@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if case.name in SADDLES], CONVERGES))
+def test_buckled_sheet_comes_to_a_minimum(case):
+    assert is_stable(case.build(), attempt(case).found.u)
+
+
+@pytest.mark.parametrize("case", of(SMALL_CASES, REFUSED))
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")  # infinity times zero
+def test_is_refused_with_a_report(case):
+    model = case.build()
+    solver = EquilibriumSolver(model, **case.settings)
+    with pytest.raises(NotConvergedError, match="no equilibrium beyond") as caught:
+        solver.solve(case.parameters(model.anatomy.inputs))
+    assert not caught.value.report.converged
+    assert caught.value.report.rejected_steps > 0
+
+
+def test_a_regular_tetrahedron_has_a_radius_ratio_of_one():
+    regular = np.array([[[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]])
+    assert abs(radius_ratios(regular)[0]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("cell_type", ["hexahedron", "wedge", "tetra"])
+def test_slivers_are_as_flat_as_they_are_said_to_be(cell_type):
+    anatomy = crushed_block(cell_type)
+    assert smallest_ratio(anatomy.points, anatomy.cells[0]) == pytest.approx(0.01, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", of(face_cases(), CONVERGES))
+def test_published_face_converges_to_an_equilibrium_of_a_freshly_built_model(case):
+    if not face_folder().is_dir():
+        pytest.skip(f"the published face is not at {face_folder()}; set RISORIUS_ANATOMY_DIR")
+    confirm(case)
