@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from risorius.errors import SolverError
+from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
 from risorius_offline.newton import GuardedNewton, SolverReport
@@ -53,12 +54,13 @@ class EquilibriumSolver:
     def solve(self, parameters: FloatArray, start: Equilibrium | None = None) -> Equilibrium:
         """Equilibrium at parameters (p,), reached from `start` (rest by default).
 
-        Raises NotConvergedError, which carries the report, when continuation comes down to its smallest step.
+        Raises InputError for a parameter that is not finite, and NotConvergedError, which carries the report, when
+        continuation comes down to its smallest step.
         """
         on_the_way = GuardedNewton(max(self.tolerance, TOLERANCE_ON_THE_WAY), self.max_iterations)
         at_the_end = GuardedNewton(self.tolerance, self.max_iterations)
         state = start or self.rest()
-        target = np.asarray(parameters, dtype=np.float64)
+        target = self._checked(parameters)
         report = SolverReport()
         done, step = 0.0, 1.0
         while done < 1.0:
@@ -86,6 +88,13 @@ class EquilibriumSolver:
                 )
         report.converged = True
         return replace(state, report=report)
+
+    def _checked(self, parameters: FloatArray) -> FloatArray:
+        array = np.asarray(parameters, dtype=np.float64)
+        for name, value in zip(self.model.anatomy.inputs.parameters, array, strict=True):
+            if not math.isfinite(value):
+                raise InputError(f"parameter {name} is {value}; give a finite number")
+        return array
 
     def _followed(self, state: Equilibrium, target: FloatArray, step: float, left: float) -> float:
         """Shorten a step to what surfaces let the tissue follow at once: what lags behind the bones is torn."""

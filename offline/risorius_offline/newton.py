@@ -65,9 +65,14 @@ class Energy(Protocol):
 
 @dataclass
 class SolverReport:
-    """What a solve took and reached: iteration counts, smallest J, energy (J), relative residual, load steps."""
+    """What a solve took and reached: iteration counts, smallest J, energy (J), relative residual, load steps.
+
+    converged: forces balance. stable: the second derivatives are positive definite there, the balance is a minimum; a
+    symmetric problem that buckles may converge to a symmetric saddle instead.
+    """
 
     converged: bool = False
+    stable: bool = False
     iterations: int = 0
     factorisations: int = 0
     projections: int = 0
@@ -99,6 +104,7 @@ class GuardedNewton:
             report.residual = float(np.linalg.norm(gradient)) / energy.force_scale(forces)
             report.energy, report.smallest_jacobian = value, smallest
             if report.residual <= self.tolerance:
+                report.stable = level == 0 or _factorise(energy, u, 0, report) == 0
                 return u
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, u, gradient, value) if contracts_well else None

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
 from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
@@ -97,6 +98,13 @@ def test_no_equilibrium_is_an_error_that_carries_the_report():
         EquilibriumSolver(model, max_iterations=1).solve(np.array([1.0]))
     assert not caught.value.report.converged
     assert caught.value.report.rejected_steps > 0
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_parameter_that_is_not_a_number_is_named(value):
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    with pytest.raises(InputError, match=r"parameter pull is -?(nan|inf); give a finite number"):
+        EquilibriumSolver(model).solve(np.array([value]))
 
 
 def test_solution_does_not_depend_on_the_start():

@@ -13,6 +13,7 @@ from risorius_offline.full_model import FullModel
 from risorius_offline.sampling import SamplingDesign, design
 from risorius_offline.sensitivities import sensitivities
 from risorius_offline.snapshots import solve_design
+from tests.offline.hard_models import dragging, piston
 from tests.offline.models import muscle_block
 
 TABLE = InputTable(("zygomaticus_major_L", "zygomaticus_major_R", "mentalis_L", "mentalis_R"), has_jaw=True)
@@ -106,10 +107,11 @@ def test_every_point_of_every_snapshot_keeps_its_orientation(tmp_path):
         assert smallest > 0
 
 
-def test_a_run_in_which_nothing_can_be_solved_says_so(anatomy, tmp_path):
-    impossible = SamplingDesign(np.array([[np.nan]]), np.array([False]))
+def test_a_run_in_which_nothing_can_be_solved_says_so(tmp_path):
+    """The top of a confined column of 30 mm is pushed down by 40: no state has J > 0."""
+    impossible = SamplingDesign(np.array([[0.0, 10.0, 0.0]]), np.array([False]))
     with pytest.raises(SolverError, match=r"none of the 1 snapshots could be solved; the first: no equilibrium"):
-        solve_design(anatomy, impossible, tmp_path / "s.h5", 1, lambda *_: None)
+        solve_design(piston("hexahedron", dragging(along=-0.004)), impossible, tmp_path / "s.h5", 1, lambda *_: None)
 
 
 def test_a_missing_output_folder_is_named_before_anything_is_solved(anatomy, tmp_path):
