@@ -34,14 +34,15 @@ def test_golden_value_of_the_dragged_block(solver):
     assert 1e3 * found.u[node, 0] == pytest.approx(6.1074338, abs=5e-8)
 
 
-def test_hexahedra_agree_with_felupe():
+@pytest.mark.parametrize(("cell_type", "region"), [("hexahedron", "Hexahedron"), ("tetra10", "QuadraticTetra")])
+def test_elements_agree_with_felupe(cell_type, region):
     felupe = pytest.importorskip("felupe")
     material = Yeoh.neo_hookean(15e3, 0.45)
-    anatomy = dragged_block("hexahedron", material, cells=(6, 6, 3))
+    anatomy = dragged_block(cell_type, material, cells=(6, 6, 3))
     model = FullModel(anatomy, mean_dilatation=False)
     ours = EquilibriumSolver(model, tolerance=1e-12).solve(SIDEWAYS).u
-    mesh = felupe.Mesh(anatomy.points, anatomy.cells[0].connectivity, "hexahedron")
-    field = felupe.FieldContainer([felupe.Field(felupe.RegionHexahedron(mesh), dim=3)])
+    mesh = felupe.Mesh(anatomy.points, anatomy.cells[0].connectivity, cell_type)
+    field = felupe.FieldContainer([felupe.Field(getattr(felupe, f"Region{region}")(mesh), dim=3)])
     theirs = felupe.SolidBody(felupe.NeoHookeCompressible(mu=2 * material.c10, lmbda=material.lame), field)
     motion = np.where(anatomy.jaw)[0]
     fixed = felupe.Boundary(field[0], mask=anatomy.skull)
