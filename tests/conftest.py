@@ -17,6 +17,7 @@ from risorius.evaluators import PolynomialMap, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
 from risorius.model import Accuracy, ReducedModel
+from tests.published_face import published_face_folder
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +49,17 @@ def synthetic_model() -> ReducedModel:
         accuracy={"superposition": accuracy, "polynomial": accuracy},
         provenance={"anatomy": "synthetic"},
     )
+
+
+@pytest.fixture(scope="session")
+def published_face() -> Any:
+    """The published face, imported once; tests of it are skipped where it is absent."""
+    folder = published_face_folder()
+    if not folder.is_dir():
+        pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
+    from risorius_offline.anatomy import load_source
+
+    return load_source(str(folder))
 
 
 CHROMIUM = Path("/usr/bin/chromium")

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from risorius_offline.anatomy import Anatomy, load_source
+from risorius_offline.anatomy import Anatomy
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
 
@@ -16,12 +13,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def face() -> FullModel:
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    folder = root / "artisynth_face"
-    if not folder.is_dir():
-        pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
-    return FullModel(load_source(str(folder)))
+def face(published_face: Anatomy) -> FullModel:
+    return FullModel(published_face)
 
 
 def act(face: FullModel, **weights: float) -> Equilibrium:

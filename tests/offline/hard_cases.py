@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
@@ -46,6 +45,7 @@ from tests.offline.hard_models import (
     two_blocks,
 )
 from tests.offline.hard_table import document, row
+from tests.published_face import published_face_folder
 
 CELL_TYPES = ("hexahedron", "wedge", "tetra", "tetra10")
 AT_ONCE = {"smallest_step": 1.0}
@@ -207,16 +207,10 @@ SMALL_CASES = (
 )
 
 
-def face_folder() -> Path:
-    """Where the published face is, if it is there."""
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    return root / "artisynth_face"
-
-
 @cache
 def face_anatomy() -> Anatomy:
     """The published face, read once."""
-    return load_source(str(face_folder()))
+    return load_source(str(published_face_folder()))
 
 
 def face_cases() -> tuple[HardCase, ...]:
@@ -246,7 +240,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True)
     output = parser.parse_args().output
     groups: list[Callable[[], tuple[HardCase, ...]]] = [lambda: SMALL_CASES]
-    groups += [face_cases, action_unit_cases] if face_folder().is_dir() else []
+    groups += [face_cases, action_unit_cases] if published_face_folder().is_dir() else []
     rows = []
     for group in groups:
         for one in group():

@@ -1,8 +1,6 @@
 """Contact with bones: distances against solids known in closed form, forces against theory, rest free of forces."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ import pytest
 from risorius.errors import InputError
 from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy import load_source
 from risorius_offline.anatomy.anatomy import Surface
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.discretisation import CellBlock
@@ -320,15 +317,6 @@ def test_sphere_on_a_layer_follows_hertz_with_the_correction_for_its_thickness()
     series += 16 * a / np.pi**4 * (a**3 + 3 * np.pi**2 / 5 * b) * x**4
     hertz = 4 / 3 * 15e3 / (1 - poisson**2) * np.sqrt(radius) * indentation**1.5
     assert forces[:, 2].sum() == pytest.approx(hertz * series, rel=0.05)
-
-
-@pytest.fixture(scope="module")
-def published_face():
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    folder = root / "artisynth_face"
-    if not folder.is_dir():
-        pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
-    return load_source(str(folder))
 
 
 def test_published_face_at_rest_is_free_of_contact_forces_although_it_cuts_its_bones(published_face):

@@ -1,8 +1,5 @@
 """Motion against the theory of vibrations, against statics, and without a gain of energy."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 import scipy.linalg
@@ -10,7 +7,6 @@ import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy import load_source
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.dynamics import MotionSolver
 from risorius_offline.effects import DeadLoad
@@ -238,11 +234,8 @@ def test_wrong_parameters_and_steps_are_refused_at_once(parameters, step, messag
 
 
 @pytest.mark.slow
-def test_published_face_smiles_within_ten_steps_and_swings_less_than_it_moves():
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    if not (root / "artisynth_face").is_dir():
-        pytest.skip(f"the published face is not at {root / 'artisynth_face'}; set RISORIUS_ANATOMY_DIR")
-    model = FullModel(load_source(str(root / "artisynth_face")))
+def test_published_face_smiles_within_ten_steps_and_swings_less_than_it_moves(published_face):
+    model = FullModel(published_face)
     inputs = model.anatomy.inputs
     smile = inputs.to_parameters(inputs.weights({"AU12": 1.0}))
     parameters = np.vstack([np.zeros((1, len(smile))), np.tile(smile, (8, 1))])

@@ -5,7 +5,7 @@ import pytest
 
 from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
 from tests.offline.hard_attempts import CONVERGES, REFUSED, attempt, check, is_stable
-from tests.offline.hard_cases import SMALL_CASES, face_cases, face_folder
+from tests.offline.hard_cases import SMALL_CASES, face_cases
 from tests.offline.hard_models import crushed_block, radius_ratios, smallest_ratio
 
 SADDLES = (
@@ -71,8 +71,7 @@ def test_slivers_are_as_flat_as_they_are_said_to_be(cell_type):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("published_face")
 @pytest.mark.parametrize("case", of(face_cases(), CONVERGES))
 def test_published_face_converges_to_an_equilibrium_of_a_freshly_built_model(case):
-    if not face_folder().is_dir():
-        pytest.skip(f"the published face is not at {face_folder()}; set RISORIUS_ANATOMY_DIR")
     confirm(case)

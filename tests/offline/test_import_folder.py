@@ -1,7 +1,6 @@
 """Import of a folder: a made-up face of 8 x 8 x 2 hexahedra in millimetres, with z up and x backwards."""
 
 import json
-import os
 import re
 import shutil
 from pathlib import Path
@@ -191,15 +190,6 @@ def test_frame_needs_three_right_handed_axes():
     np.testing.assert_array_equal(ours.rotation, np.eye(3))
     with pytest.raises(InputError, match="right-handed"):
         parse_frame("x: left to right, y: inferior to superior, z: posterior to anterior", "m", "f")
-
-
-@pytest.fixture(scope="module")
-def published_face():
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    folder = root / "artisynth_face"
-    if not folder.is_dir():
-        pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
-    return load_source(str(folder))
 
 
 def test_published_face_is_imported_whole(published_face):

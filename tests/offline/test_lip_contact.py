@@ -1,14 +1,10 @@
 """Contact of a surface with itself: distances, barrier, pairs, steps, and two blocks that press on each other."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 
 from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy import load_source
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import CellBlock
 from risorius_offline.effects.contact_surface import ContactSurface, admitted
@@ -346,15 +342,6 @@ def test_blocks_press_on_each_other_with_the_stress_of_their_compression(lower, 
     touching, apart = (uniaxial_force(1.0 - (down - 1e-3 + left) / 0.04) for left in (0.0, GAP_TOLERANCE))
     assert touching < force < apart
     assert 0.0 < gap < GAP_TOLERANCE
-
-
-@pytest.fixture(scope="module")
-def published_face():
-    root = Path(os.environ.get("RISORIUS_ANATOMY_DIR", Path(__file__).parents[3] / "shared" / "anatomy"))
-    folder = root / "artisynth_face"
-    if not folder.is_dir():
-        pytest.skip(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
-    return load_source(str(folder))
 
 
 def test_only_nodes_in_the_folds_of_the_mouth_corners_see_nothing(published_face):
