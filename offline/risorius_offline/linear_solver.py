@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import weakref
 from collections.abc import Callable
 from typing import Protocol
@@ -43,8 +44,10 @@ class Pardiso:
     _ZERO_PIVOT = -4
 
     def __init__(self) -> None:
-        from pypardiso import PyPardisoSolver
+        from pypardiso import PyPardisoSolver, ps
 
+        # Importing it found MKL; a solver that is not told where searches the disk again, for longer than a small solve.
+        os.environ.setdefault("PYPARDISO_MKL_RT", ps.libmkl._name)
         self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
         # MKL's memory is not Python's: it has to be given back by hand.
         weakref.finalize(self, self._solver.free_memory, everything=True)
