@@ -46,7 +46,7 @@ class Pardiso:
     def __init__(self) -> None:
         from pypardiso import PyPardisoSolver, ps
 
-        # Importing it found MKL; a solver that is not told where searches the disk again, for longer than a small solve.
+        # Importing it found MKL; a solver that is not told where searches the disk again, longer than a small solve.
         os.environ.setdefault("PYPARDISO_MKL_RT", ps.libmkl._name)
         self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
         # MKL's memory is not Python's: it has to be given back by hand.
