@@ -1,6 +1,6 @@
-"""Our full model beside felupe and scikit-fem on the same block, and the published face alone; one thread.
+"""Our full model beside felupe and scikit-fem on the same blocks, and the published face alone; one thread.
 
-python benchmarks/full_model_speed.py [-o FILE.json]
+python benchmarks/full_model_speed.py [CASE ...] [-o FILE.json]
 """
 
 from __future__ import annotations
@@ -8,10 +8,10 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import statistics
+import subprocess
 import sys
-import time
-from collections.abc import Callable
+import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,139 +19,136 @@ from peers import one_thread  # noqa: F401  before all that starts threads
 
 # isort: split
 
-import numpy as np
 import pypardiso
-from peers import felupe_block, scikit_fem_block
-from peers.block import DRAG, POISSON, YOUNG, Block
+from peers import felupe_block, published_face, risorius_block, scikit_fem_block
+from peers.block import STEPS, Block
+from peers.scikit_fem_forms import HandedOver, InTheForm
+from peers.side_by_side import Code, Row, side_by_side, timed
 from rich.console import Console
 from rich.table import Table
 
-from risorius.jaw import JawMotion
-from risorius.mechanics.material import Yeoh
-from risorius_offline.anatomy import load_source
-from risorius_offline.anatomy.anatomy import Anatomy
-from risorius_offline.discretisation import CellBlock
-from risorius_offline.equilibrium import EquilibriumSolver
-from risorius_offline.full_model import FullModel
+OURS: dict[str, Code] = {"Risorius, PARDISO": lambda block: risorius_block.prepare(block, "pardiso")}
+OURS_SUPERLU: dict[str, Code] = {"Risorius, SuperLU": lambda block: risorius_block.prepare(block, "superlu")}
+FELUPE: dict[str, Code] = {
+    "felupe, SuperLU (default)": felupe_block.prepare,
+    "felupe, PARDISO": lambda block: felupe_block.prepare(block, pypardiso.spsolve),
+}
+SCIKIT_FEM: dict[str, Code] = {
+    "scikit-fem, SuperLU (default)": lambda block: scikit_fem_block.prepare(block, HandedOver),
+}
+SCIKIT_FEM_PARDISO: dict[str, Code] = {
+    "scikit-fem, PARDISO": lambda block: scikit_fem_block.prepare(block, HandedOver, pypardiso.spsolve),
+}
+EXAMPLE_36: dict[str, Code] = {
+    "scikit-fem as in its example 36, SuperLU": lambda block: scikit_fem_block.prepare(block, InTheForm),
+}
+ALL = OURS | OURS_SUPERLU | FELUPE | SCIKIT_FEM | SCIKIT_FEM_PARDISO
 
-TOLERANCE = 1e-8
-STEPS = 4
-REPETITIONS = 3
-LONG_S = 20.0  # what takes longer runs once
-SMALL, LARGE = (12, 12, 4), (20, 20, 6)
-OURS = "Risorius, PARDISO"
-ROOT = Path(__file__).resolve().parent.parent
+LAYERS = (15e3, 5e3, 50e3)  # muscle, fat and skin, pascals
+# What would take minutes is left out of the larger cases.
+CASES: dict[str, tuple[Block, dict[str, Code]]] = {
+    "hex-small": (Block.of_hexahedra((12, 12, 4)), ALL | EXAMPLE_36),
+    "hex-medium": (Block.of_hexahedra((20, 20, 6)), ALL),
+    "hex-layers": (Block.of_hexahedra((20, 20, 6), LAYERS), OURS | OURS_SUPERLU | FELUPE),
+    "hex-large": (Block.of_hexahedra((30, 30, 9)), OURS | FELUPE),
+    "tet-small": (Block.of_tetrahedra((6, 6, 2)), OURS | OURS_SUPERLU | FELUPE | SCIKIT_FEM),
+    "tet-medium": (Block.of_tetrahedra((10, 10, 3)), OURS | OURS_SUPERLU | FELUPE | SCIKIT_FEM),
+}
+FACE = "face"
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    names = [*CASES, FACE]
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=f"of {', '.join(names)}; all by default")
     parser.add_argument("-o", "--output", type=Path, help="write the figures as JSON")
-    output = parser.parse_args().output
-    console = Console()
-    results: dict[str, Any] = {}
-    for cells in (SMALL, LARGE):
-        rows = measure_block(cells)
-        results["x".join(map(str, cells))] = rows
-        console.print(block_table(cells, rows))
-    results["face"] = measure_face(console)
-    if output:
-        output.write_text(json.dumps(results, indent=1), encoding="utf-8")
+    options = parser.parse_args()
+    unknown = set(options.cases) - set(names)
+    if unknown:
+        parser.error(f"no case {', '.join(sorted(unknown))}; choose of {', '.join(names)}")
+    results = measure(options.cases or names, Console())
+    if options.output:
+        options.output.write_text(json.dumps(results, indent=1), encoding="utf-8")
     return 0
 
 
-def measure_block(cells: tuple[int, int, int]) -> dict[str, dict[str, float]]:
-    """Seconds of every code, in turn, after one round that compiles; and how far each is from ours."""
-    block = Block.of(cells, STEPS)
-    codes: dict[str, Callable[[], np.ndarray]] = {
-        OURS: lambda: ours(block, "pardiso"),
-        "Risorius, SuperLU": lambda: ours(block, "superlu"),
-        "felupe, its default (SuperLU)": lambda: felupe_block.solve(block, TOLERANCE),
-        "felupe, PARDISO": lambda: felupe_block.solve(block, TOLERANCE, pypardiso.spsolve),
-    }
-    if cells == SMALL:  # its assembly takes minutes on the other
-        codes["scikit-fem, SuperLU"] = lambda: scikit_fem_block.solve(block, TOLERANCE)
-    ours(Block.of((2, 2, 2), 1), "pardiso")  # compiles
-    seconds: dict[str, list[float]] = {name: [] for name in codes}
-    found: dict[str, np.ndarray] = {}
-    for repetition in range(REPETITIONS):
-        for name, run in codes.items():
-            if repetition and seconds[name][0] > LONG_S:
-                continue
-            start = time.process_time()
-            found[name] = run()
-            seconds[name].append(time.process_time() - start)
-    scale = np.abs(found[OURS]).max()
-    return {
-        name: {
-            "median_s": statistics.median(times),
-            "min_s": min(times),
-            "times_ours": statistics.median(a / b for a, b in zip(times, seconds[OURS], strict=False)),
-            "difference": float(np.abs(found[name] - found[OURS]).max() / scale),
-        }
-        for name, times in seconds.items()
-    }
+def measure(names: list[str], console: Console) -> dict[str, Any]:
+    """Figures by case, printed on the way."""
+    results: dict[str, Any] = {"first solve": first_solve(console)}
+    for name in names:
+        if name == FACE:
+            results[name] = face(console)
+            continue
+        block, codes = CASES[name]
+        rows = side_by_side(block, codes)
+        console.print(table(name, block, rows))
+        results[name] = {code: asdict(row) for code, row in rows.items()}
+    return results
 
 
-def ours(block: Block, solver: str) -> np.ndarray:
-    cells = CellBlock("hexahedron", block.hexahedra, np.zeros(len(block.hexahedra), dtype=np.int64))
-    anatomy = Anatomy(
-        name="block",
-        points=block.points,
-        cells=(cells,),
-        materials=(Yeoh.neo_hookean(YOUNG, POISSON),),
-        skull=block.held,
-        jaw=block.dragged,
-        skin=np.zeros((0, 3), dtype=np.int64),
-        muscles=(),
-        jaw_motion=JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, 0.0, sideways_slide=DRAG),
-    )
-    solve = EquilibriumSolver(FullModel(anatomy, mean_dilatation=False, solver=solver), tolerance=TOLERANCE).solve
-    state = None
-    for step in range(1, block.steps + 1):
-        state = solve(np.array([0.0, 0.0, step / block.steps]), state)
-        if state.report.steps != 1:
-            raise RuntimeError(f"load step {step} was divided: the comparison needs equal steps")
-    return state.u
-
-
-def measure_face(console: Console) -> dict[str, float] | None:
-    """The published face with all muscles at half activation, from rest, set up and compiled before."""
-    folder = Path(os.environ.get("RISORIUS_ANATOMY_DIR", ROOT.parent / "shared" / "anatomy")) / "artisynth_face"
-    if not folder.is_dir():
-        console.print(f"the published face is not at {folder}; set RISORIUS_ANATOMY_DIR")
-        return None
-    model = FullModel(load_source(str(folder)))
-    solver = EquilibriumSolver(model)
-    half = np.zeros(len(model.anatomy.inputs.parameters))
-    half[: model.muscle_count] = 0.5
-    solver.solve(0.1 * half)
-    times, report = [], None
-    for _ in range(REPETITIONS):
-        start = time.process_time()
-        report = solver.solve(half).report
-        times.append(time.process_time() - start)
-    console.print(
-        f"published face, all muscles at 0.5 from rest, {model.discretisation.dof_count} components: median "
-        f"{statistics.median(times):.2f} s, {report.iterations} iterations, {report.factorisations} factorisations, "
-        f"smallest J {report.smallest_jacobian:.3f}"
-    )
-    return {"median_s": statistics.median(times), "min_s": min(times), "iterations": report.iterations}
-
-
-def block_table(cells: tuple[int, int, int], rows: dict[str, dict[str, float]]) -> Table:
-    count = 3 * int(np.prod(np.array(cells) + 1))
-    table = Table(title=f"block of {' x '.join(map(str, cells))} hexahedra, {count} components, {STEPS} load steps")
-    for column in ("code", "median s", "least s", "times ours", "largest difference"):
-        table.add_column(column, justify="left" if column == "code" else "right")
-    for name, row in rows.items():
-        figures = (
-            f"{row['median_s']:.3f}",
-            f"{row['min_s']:.3f}",
-            f"{row['times_ours']:.1f}",
-            f"{row['difference']:.1e}",
+def first_solve(console: Console) -> dict[str, float]:
+    """Seconds that fresh processes take to compile our kernels, then to load them; every code is run once here."""
+    with tempfile.TemporaryDirectory() as cache:
+        environment = os.environ | {"NUMBA_CACHE_DIR": cache}
+        command = [sys.executable, "-m", "peers.first_solve"]
+        compiling, loading = (
+            float(subprocess.check_output(command, env=environment, cwd=Path(__file__).parent, text=True))
+            for _ in range(2)
         )
-        table.add_row(name, *figures)
-    return table
+    console.print(f"our kernels: {compiling:.1f} s to compile, once; {loading:.2f} s to load in every process")
+    for code in ALL.values():
+        timed(Block.of_hexahedra((2, 2, 2)), code)
+    return {"compile_s": compiling, "load_s": loading}
+
+
+def face(console: Console) -> dict[str, Any] | None:
+    """Figures of the published face; a message where it is absent."""
+    row = published_face.measure()
+    if row is None:
+        console.print(f"the published face is not at {published_face.FOLDER}; set RISORIUS_ANATOMY_DIR")
+        return None
+    report = row.report
+    console.print(
+        f"published face, all muscles at {published_face.HALF} from rest, {row.components} components: "
+        f"{row.solve_s:.2f} s of the processor, {row.wall_s:.2f} s of the clock (least {row.least_s:.2f} s) "
+        f"after {row.setup_s:.2f} s of set-up; {report.iterations} iterations, {report.factorisations} factorisations, "
+        f"{report.steps} load steps, smallest J {report.smallest_jacobian:.3f}, residual {report.residual:.0e}"
+    )
+    return asdict(row)
+
+
+def table(name: str, block: Block, rows: dict[str, Row]) -> Table:
+    """What a terminal shows of a case."""
+    cells = f"{len(block.connectivity)} {block.cell_type} cells, {block.points.size} components"
+    result = Table(title=f"{name}: {cells}, {STEPS} load steps; seconds of the processor")
+    result.add_column("code")
+    heads = (
+        "median",
+        "least",
+        "wall",
+        "set-up",
+        "times ours",
+        "iterations",
+        "factors",
+        "each",
+        "difference",
+        "residual",
+    )
+    for head in heads:
+        result.add_column(head, justify="right")
+    for code, row in rows.items():
+        seconds = (row.median_s, row.least_s, row.wall_s, row.setup_s)
+        result.add_row(
+            code,
+            *(f"{value:.2f}" for value in seconds),
+            f"{row.times_first:.1f}",
+            str(row.iterations),
+            str(row.factorisations),
+            f"{row.iteration_s:.4f}",
+            f"{row.difference:.0e}",
+            f"{row.residual:.0e}",
+        )
+    return result
 
 
 if __name__ == "__main__":
