@@ -1,4 +1,7 @@
-"""Static equilibria: continuation in muscle activation and jaw pose, each load step a guarded Newton minimisation."""
+"""Static equilibria: continuation in muscle activation and jaw pose, each load step a guarded Newton minimisation.
+
+The last one has to end in a minimum of the energy: from a saddle the solver goes on, down its unstable direction.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,16 @@ from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
 from risorius_offline.newton import GuardedNewton, SolverReport
+from risorius_offline.stability import way_down
 
 # Load steps before the last only lead there.
 TOLERANCE_ON_THE_WAY = 1e-2
+# Of the whole way, what contact may shorten a load step to; shorter ones cost five times the iterations.
+SHORTEST_FOLLOWED = 1.0 / 8.0
+# Saddles that are left, one after the other, before a load step counts as failed.
+MOST_SADDLES = 5
+# A step that leaves less than this share of the way leaves nothing of it.
+ROUNDING = 1e-9
 
 
 class NotConvergedError(SolverError):
@@ -54,11 +64,11 @@ class EquilibriumSolver:
     def solve(self, parameters: FloatArray, start: Equilibrium | None = None) -> Equilibrium:
         """Equilibrium at parameters (p,), reached from `start` (rest by default).
 
-        Raises InputError for a parameter that is not finite, and NotConvergedError, which carries the report, when
-        continuation comes down to its smallest step.
+        A minimum of the energy; where the report does not say that it is stable, its least curvature is about zero.
+        Raises InputError for parameters that are not p finite numbers, and NotConvergedError, which carries the report,
+        when continuation comes down to its smallest step.
         """
         on_the_way = GuardedNewton(max(self.tolerance, TOLERANCE_ON_THE_WAY), self.max_iterations)
-        at_the_end = GuardedNewton(self.tolerance, self.max_iterations)
         state = start or self.rest()
         target = self._checked(parameters)
         report = SolverReport()
@@ -69,11 +79,11 @@ class EquilibriumSolver:
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predicted = self.model.follow_bones(state.u, state.parameters, aim)
             self.model.set_parameters(aim)
-            newton = at_the_end if aim is target else on_the_way
-            u = newton.minimise(self.model, predicted, report)
+            at_the_end = aim is target
+            u = self._minimum(predicted, report) if at_the_end else on_the_way.minimise(self.model, predicted, report)
             if u is not None:
                 state = Equilibrium(aim, u)
-                done += step
+                done = 1.0 if at_the_end else done + step
                 step *= 2.0
                 report.steps += 1
                 continue
@@ -89,18 +99,37 @@ class EquilibriumSolver:
         report.converged = True
         return replace(state, report=report)
 
+    def _minimum(self, u: FloatArray, report: SolverReport) -> FloatArray | None:
+        """Minimum reached from u (n, 3), past saddles; None when none is in reach."""
+        newton = GuardedNewton(self.tolerance, self.max_iterations)
+        for _ in range(1 + MOST_SADDLES):
+            found = newton.minimise(self.model, u, report)
+            if found is None:
+                return None
+            lower = way_down(self.model, found, report)
+            if lower is None:
+                return found
+            u = lower
+        return None
+
     def _checked(self, parameters: FloatArray) -> FloatArray:
-        array = np.asarray(parameters, dtype=np.float64)
-        for name, value in zip(self.model.anatomy.inputs.parameters, array, strict=True):
+        """Return a copy, which an equilibrium keeps whatever the caller does with the original."""
+        array, names = np.array(parameters, dtype=np.float64), self.model.anatomy.inputs.parameters
+        if array.shape != (len(names),):
+            raise InputError(f"parameters have shape {array.shape}; give {len(names)}: {', '.join(names)}")
+        for name, value in zip(names, array, strict=True):
             if not math.isfinite(value):
                 raise InputError(f"parameter {name} is {value}; give a finite number")
         return array
 
     def _followed(self, state: Equilibrium, target: FloatArray, step: float, left: float) -> float:
-        """Shorten a step to what surfaces let the tissue follow at once: what lags behind the bones is torn."""
+        """Shorten a step to what surfaces let the tissue follow at once: what lags behind the bones is torn.
+
+        Not below `SHORTEST_FOLLOWED`: where surfaces touch they admit next to nothing, and tissue recovers from a tear.
+        """
         aim = _on_the_way(state.parameters, target, step / left)
         share = self.model.followed_share(state.u, state.parameters, aim)
-        return min(step, max(share * step, self.smallest_step))
+        return min(step, max(share * step, SHORTEST_FOLLOWED, self.smallest_step))
 
     def _describe(self, parameters: FloatArray) -> str:
         names = self.model.anatomy.inputs.parameters
@@ -111,4 +140,4 @@ class EquilibriumSolver:
 
 def _on_the_way(start: FloatArray, target: FloatArray, share: float) -> FloatArray:
     """Parameters at a share of the way; the target itself at the end of it."""
-    return target if share == 1.0 else start + share * (target - start)
+    return target if share > 1.0 - ROUNDING else start + share * (target - start)

@@ -67,8 +67,8 @@ class Energy(Protocol):
 class SolverReport:
     """What a solve took and reached: iteration counts, smallest J, energy (J), relative residual, load steps.
 
-    converged: forces balance. stable: the second derivatives are positive definite there, the balance is a minimum; a
-    symmetric problem that buckles may converge to a symmetric saddle instead.
+    converged: forces balance. stable: the second derivatives are positive definite there, so the balance is a minimum;
+    told only where equilibria are looked for.
     """
 
     converged: bool = False
@@ -104,12 +104,11 @@ class GuardedNewton:
             report.residual = float(np.linalg.norm(gradient)) / energy.force_scale(forces)
             report.energy, report.smallest_jacobian = value, smallest
             if report.residual <= self.tolerance:
-                report.stable = level == 0 or _factorise(energy, u, 0, report) == 0
                 return u
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, u, gradient, value) if contracts_well else None
             if following is None:
-                level = _factorise(energy, u, max(level or 0, 1) - 1, report)
+                level = factorise(energy, u, max(level or 0, 1) - 1, report)
                 if level is None:
                     return None
                 following = _step(energy, u, gradient, value)
@@ -120,7 +119,7 @@ class GuardedNewton:
         return None
 
 
-def _factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
+def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
     for trial in range(level, len(PROJECTIONS)):
         report.factorisations += 1

@@ -6,7 +6,7 @@ import pytest
 from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
-from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
+from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
 from risorius_offline.linear_solver import SOLVERS
 from tests.offline.meshes import box
@@ -106,6 +106,27 @@ def test_a_parameter_that_is_not_a_number_is_named(value):
     model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
     with pytest.raises(InputError, match=r"parameter pull is -?(nan|inf); give a finite number"):
         EquilibriumSolver(model).solve(np.array([value]))
+
+
+def test_parameters_of_another_length_are_refused():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    with pytest.raises(InputError, match=r"parameters have shape \(3,\); give 1: pull"):
+        EquilibriumSolver(model).solve(np.ones(3))
+
+
+def test_an_equilibrium_keeps_its_parameters_when_the_caller_changes_the_array():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    parameters = np.array([0.5])
+    found = EquilibriumSolver(model).solve(parameters)
+    parameters[0] = 1.0
+    assert found.parameters[0] == 0.5
+
+
+def test_a_start_that_is_not_admissible_is_refused():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    for start in (np.full_like(model.anatomy.points, np.nan), -1.5 * model.anatomy.points):
+        with pytest.raises(NotConvergedError, match=r"no equilibrium beyond 0\.0 %"):
+            EquilibriumSolver(model).solve(np.array([1.0]), Equilibrium(np.zeros(1), start))
 
 
 def test_solution_does_not_depend_on_the_start():

@@ -76,7 +76,7 @@ def _summary(model: FullModel, found: Equilibrium, skin: SkinState) -> Table:
         "load steps": f"{report.steps}, {report.rejected_steps} rejected",
         "Newton iterations": f"{report.iterations}, {report.factorisations} factorisations",
         "residual": f"{report.residual:.1e}",
-        "stable": "yes" if report.stable else "no: a saddle of the energy, the tissue would buckle",
+        "stable": "yes" if report.stable else "not proven: the energy is flat in some direction",
         "energy, mJ": f"{1e3 * report.energy:.4g}",
         "largest displacement, mm": f"{1e3 * np.linalg.norm(found.u, axis=1).max():.3f}",
         "smallest J": f"{report.smallest_jacobian:.3f}",
