@@ -6,25 +6,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from risorius.inputs import without_side
-from risorius.mechanics.fibres import HILL, PROPORTIONAL
+from risorius.inputs import InputTable, without_side
+from risorius.jaw import FloatArray
+from risorius.mechanics.fibres import HILL
 from risorius_offline.anatomy import Anatomy, load_source
-from risorius_offline.discretisation import Discretisation
-from risorius_offline.effects import Effect
 from risorius_offline.effects.bone_contact import BoneContact
-from risorius_offline.effects.gravity import UPRIGHT, gravity
 from risorius_offline.effects.lip_contact import LipContact
-from risorius_offline.effects.skin_prestress import SkinPrestress
-from risorius_offline.full_model import FullModel
-from tests.offline.hard_attempts import REFUSED, HardCase, Parameters
+from tests.offline.hard_attempts import REFUSED, HardCase
+from tests.offline.hard_cheek import cheek_cases
 from tests.offline.hard_models import (
     ACROSS,
     ALONG,
@@ -44,52 +38,12 @@ from tests.offline.hard_models import (
     turning,
     two_blocks,
 )
+from tests.offline.hard_mouth import mouth_cases
+from tests.offline.hard_setup import AT_ONCE, accelerated, at, case, driven, every_muscle, tense
 from tests.offline.hard_table import document, row
 from tests.published_face import published_face_folder
 
 CELL_TYPES = ("hexahedron", "wedge", "tetra", "tetra10")
-AT_ONCE = {"smallest_step": 1.0}
-
-
-def at(*values: float) -> Parameters:
-    """These parameters, unchecked."""
-    return lambda inputs: np.array(values)
-
-
-def every_muscle(activation: float) -> Parameters:
-    return lambda inputs: np.where([name in inputs.muscles for name in inputs.parameters], activation, 0.0)
-
-
-def driven(muscles: Mapping[str, float] | None = None, **weights: float) -> Parameters:
-    """Parameters of named inputs, and of muscles."""
-    return lambda inputs: inputs.to_parameters(inputs.weights(weights), muscles)
-
-
-def case(
-    name: str,
-    anatomy: Callable[[], Anatomy],
-    parameters: Parameters,
-    *effects: Callable[[Anatomy], Effect],
-    law: int = PROPORTIONAL,
-    **others: Any,
-) -> HardCase:
-    """A case of an anatomy with effects."""
-
-    def build() -> FullModel:
-        built = anatomy()
-        return FullModel(built, [effect(built) for effect in effects], fibre_law=law)
-
-    return HardCase(name, build, parameters, **others)
-
-
-def accelerated(*acceleration: float) -> Callable[[Anatomy], Effect]:
-    """Gravity of a body taken upright, m/s2."""
-    return lambda a: gravity(Discretisation(a.points, a.cells), acceleration, UPRIGHT)
-
-
-def tense(stress: float) -> Callable[[Anatomy], Effect]:
-    """Pre-stress of the skin, pascals."""
-    return lambda a: SkinPrestress(a.points, a.skin, stress)
 
 
 def element_cases() -> list[HardCase]:
@@ -203,6 +157,8 @@ SMALL_CASES = (
     *path_cases(),
     *load_cases(),
     *bone_cases(),
+    *cheek_cases(),
+    *mouth_cases(),
     *refused_cases(),
 )
 
@@ -234,13 +190,28 @@ def action_unit_cases() -> tuple[HardCase, ...]:
     return tuple(case(title.format(unit), face_anatomy, driven(**{unit: 1.0}), BoneContact) for unit in units)
 
 
+def face_contact_cases() -> tuple[HardCase, ...]:
+    """Lips, cheeks and bones of the published face in contact, under all that there is."""
+    closed, opened = driven(AU18=1.0), driven(AU18=1.0, AU26=1.0)
+    both = (BoneContact, LipContact)
+    return (
+        case("face, both contacts: every muscle at 1", face_anatomy, every_muscle(1.0), *both),
+        case("face, both contacts: every muscle at 1, jaw_open 1", face_anatomy, every_muscle_and_jaw, *both),
+        case("face, both contacts: jaw closes from AU26 on AU18 at 1", face_anatomy, closed, *both, start=opened),
+    )
+
+
+def every_muscle_and_jaw(inputs: InputTable) -> FloatArray:
+    return every_muscle(1.0)(inputs) + driven(jaw_open=1.0)(inputs)
+
+
 def main() -> None:
     """Solve all cases and write their table, anew after each group."""
     parser = argparse.ArgumentParser(description="Solve the hard cases and write their table.")
     parser.add_argument("-o", "--output", type=Path, required=True)
     output = parser.parse_args().output
     groups: list[Callable[[], tuple[HardCase, ...]]] = [lambda: SMALL_CASES]
-    groups += [face_cases, action_unit_cases] if published_face_folder().is_dir() else []
+    groups += [face_cases, action_unit_cases, face_contact_cases] if published_face_folder().is_dir() else []
     rows = []
     for group in groups:
         for one in group():

@@ -8,12 +8,6 @@ from tests.offline.hard_attempts import CONVERGES, REFUSED, attempt, check, is_s
 from tests.offline.hard_cases import SMALL_CASES, face_cases
 from tests.offline.hard_models import crushed_block, radius_ratios, smallest_ratio
 
-SADDLES = (
-    "hexahedron: fibre sheet of 300 kPa",
-    "wedge: fibre sheet of 300 kPa",
-    "Hill's law: fibre sheet of 300 kPa at 1",
-)
-
 
 def of(cases, expect):
     return [pytest.param(case, id=case.name) for case in cases if case.expect == expect]
@@ -29,32 +23,31 @@ def confirm(case):
     assert judged.smallest_jacobian > 0.0
     assert judged.residual <= EquilibriumSolver.tolerance
     assert tried.report.converged
-    assert tried.report.stable == is_stable(fresh, tried.found.u)
+    assert tried.report.stable
+    assert is_stable(fresh, tried.found.u)
     return tried.found
 
 
-@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if not case.start], CONVERGES))
+BACK = [case for case in SMALL_CASES if "1 to 0" in case.name]
+
+
+@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if case not in BACK], CONVERGES))
 def test_converges_to_an_equilibrium_of_a_freshly_built_model(case):
     confirm(case)
 
 
-@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if case.start], CONVERGES))
+@pytest.mark.parametrize("case", of(BACK, CONVERGES))
 def test_goes_back_to_rest_from_full_activation(case):
     assert np.abs(confirm(case).u).max() < 1e-9
-
-
-@pytest.mark.parametrize("case", of([case for case in SMALL_CASES if case.name in SADDLES], CONVERGES))
-def test_a_symmetric_saddle_is_told(case):
-    """The sheet buckles, and the solver stays on the symmetric path."""
-    assert not attempt(case).report.stable
 
 
 @pytest.mark.parametrize("case", of(SMALL_CASES, REFUSED))
 def test_is_refused_with_a_report(case):
     model = case.build()
-    solver = EquilibriumSolver(model, **case.settings)
+    solver, inputs = EquilibriumSolver(model, **case.settings), model.anatomy.inputs
+    start = EquilibriumSolver(model).solve(case.start(inputs)) if case.start else None
     with pytest.raises(NotConvergedError, match="no equilibrium beyond") as caught:
-        solver.solve(case.parameters(model.anatomy.inputs))
+        solver.solve(case.parameters(inputs), start)
     assert not caught.value.report.converged
     assert caught.value.report.rejected_steps > 0
 
