@@ -13,8 +13,9 @@ from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.discretisation import CellBlock
-from risorius_offline.effects import Effect, LipContact
+from risorius_offline.effects import Effect
 from risorius_offline.effects.bone_contact import BoneContact
+from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.muscles.ellipse import Ellipse
 from risorius_offline.muscles.loads import ActiveStress
 from risorius_offline.muscles.muscle import Muscle

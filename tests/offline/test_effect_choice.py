@@ -10,8 +10,9 @@ from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.anatomy import Surface
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
 from risorius_offline.effect_choice import EffectChoice
-from risorius_offline.effects import DeadLoad, LipContact
+from risorius_offline.effects import DeadLoad
 from risorius_offline.effects.bone_contact import BoneContact
+from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.sampling import SamplingDesign

@@ -2,6 +2,5 @@
 
 from risorius_offline.effects.dead_load import DeadLoad
 from risorius_offline.effects.effect import Effect, NodeBlocks
-from risorius_offline.effects.lip_contact import LipContact
 
-__all__ = ["DeadLoad", "Effect", "LipContact", "NodeBlocks"]
+__all__ = ["DeadLoad", "Effect", "NodeBlocks"]
