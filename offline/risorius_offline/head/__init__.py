@@ -1,0 +1,1 @@
+"""The built-in head: a parametric face of our own, from published distances."""
