@@ -54,6 +54,7 @@ class Engine:
         count, vertex_count, _ = model.basis.shape
         self._flat_basis = np.ascontiguousarray(model.basis.reshape(count, 3 * vertex_count))
         self._coordinates = np.zeros(count)
+        self._muscle_count = len(model.inputs.muscles)
         self._linear_part = np.zeros(count - model.lifts)
         self.evaluate(np.zeros(len(self.inputs)))  # compiles the kernels, so that the first frame is not late
 
@@ -84,8 +85,7 @@ class Engine:
         parameters = self._parameters(weights, muscles)
         q = self._coordinates
         modal = q[self.model.lifts :]
-        if self.model.jaw:
-            self.model.jaw.lift_coordinates(parameters[-3:], out=q[: self.model.lifts])
+        self.model.poses.lift_coordinates(parameters[self._muscle_count :], out=q[: self.model.lifts])
         self._evaluator.coordinates(parameters, modal)
         if self._linear:
             self._linear.coordinates(parameters, self._linear_part)

@@ -19,15 +19,15 @@ class ActionUnit:
     """One action unit.
 
     muscles: activation of each muscle at weight 1, both sides, by its name without `_L` or `_R`.
-    substitutes: taken instead when a model has none of `muscles`.
-    jaw: weights of the jaw inputs at weight 1.
+    poses: weight of each pose input at weight 1; of the lids both sides, without `_L` or `_R`.
+    substitutes: muscles taken instead when a model has none of `muscles` and `poses`.
     """
 
     number: int
     name: str
     muscles: Mapping[str, float] = field(default_factory=dict)
+    poses: Mapping[str, float] = field(default_factory=dict)
     substitutes: Mapping[str, float] = field(default_factory=dict)
-    jaw: Mapping[str, float] = field(default_factory=dict)
 
 
 _MARGINAL = "orbicularis_oris_marginalis"
@@ -61,8 +61,8 @@ _ROWS = (
     ActionUnit(23, "Lip Tightener", {_MARGINAL: 1.0}),
     ActionUnit(24, "Lip Pressor", {_MARGINAL: 0.7, _PERIPHERAL: 0.4}),
     ActionUnit(25, "Lips Part", {"depressor_labii_inferioris": 0.5}),
-    ActionUnit(26, "Jaw Drop", jaw={"jaw_open": 0.5}),
-    ActionUnit(27, "Mouth Stretch", jaw={"jaw_open": 1.0}),
+    ActionUnit(26, "Jaw Drop", poses={"jaw_open": 0.5}),
+    ActionUnit(27, "Mouth Stretch", poses={"jaw_open": 1.0}),
     ActionUnit(28, "Lip Suck", {_MARGINAL: 1.0, _PERIPHERAL: 0.2}),
     ActionUnit(38, "Nostril Dilator", {"nasalis_alaris": 1.0}),
     ActionUnit(39, "Nostril Compressor", {"nasalis_transversa": 1.0, "depressor_septi_nasi": 1.0}),

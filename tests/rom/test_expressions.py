@@ -9,6 +9,7 @@ from risorius import Engine, InputError, ReducedModel
 from risorius.expressions import EMOTIONS, MOVES, expression_loop, possible_expressions
 from risorius.facs import ACTION_UNITS
 from risorius.inputs import InputTable
+from risorius.jaw import JawMotion
 
 
 def units_of(name: str) -> set[str]:
@@ -88,9 +89,9 @@ def test_loop_names_all_it_moves_at_every_time() -> None:
 
 
 @pytest.mark.parametrize("muscles", [("zygomaticus_major_L",), ("muscle",), ("mentalis_L", "mentalis_R")])
-@pytest.mark.parametrize("has_jaw", [False, True])
-def test_every_weight_of_the_loop_is_admissible(muscles: tuple[str, ...], has_jaw: bool) -> None:
-    table = InputTable(muscles, has_jaw)
+@pytest.mark.parametrize("poses", [(), JawMotion.inputs])
+def test_every_weight_of_the_loop_is_admissible(muscles: tuple[str, ...], poses: tuple[str, ...]) -> None:
+    table = InputTable(muscles, poses)
     loop = expression_loop(table.names)
     weights = [table.weights(loop.weights(seconds)) for seconds in np.arange(0.0, loop.period, 0.1)]
     assert np.max(weights) > 0.5
