@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from risorius.engine import Engine
 
 VIEWS = ("front", "three-quarter")
-COLUMNS = 4  # faces side by side
+COLUMNS = 5  # most faces side by side
 
 _PAPER, _INK = (194, 199, 204), (40, 42, 46)  # the paper is the pictures' own background at their lower edge
 _LABEL = 0.08  # height of a label as share of a picture's
@@ -30,7 +31,7 @@ def draw_sheet(engine: Engine, faces: Sequence[Face], size: tuple[int, int] = (2
     vertices = [engine.evaluate(face.weights, muscles=face.muscles).vertices for face in faces]
     pictures = draw_faces(vertices, engine.triangles, views=VIEWS, size=size)
     cells = [_labelled(np.concatenate(row, axis=1), face.label) for row, face in zip(pictures, faces, strict=True)]
-    columns = min(COLUMNS, len(cells))
+    columns = math.ceil(len(cells) / math.ceil(len(cells) / COLUMNS))  # as many in every row as can be
     blank = np.full_like(cells[0], _PAPER)
     cells += [blank] * (-len(cells) % columns)
     rows = [np.concatenate(cells[start : start + columns], axis=1) for start in range(0, len(cells), columns)]

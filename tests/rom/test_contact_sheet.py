@@ -79,6 +79,13 @@ def test_sheet_shows_each_face_from_both_views_with_a_label_beneath(engine: Engi
     assert not written[[0, 119, 120, -1]].any()
 
 
+def test_rows_are_as_even_as_can_be_and_padded_with_paper(engine: Engine) -> None:
+    seven = draw_sheet(engine, [Face(str(number)) for number in range(7)], SIZE)
+    assert seven.shape[1] == 4 * len(VIEWS) * SIZE[0]
+    empty = seven[seven.shape[0] // 2 :, 3 * len(VIEWS) * SIZE[0] :]
+    assert (empty == empty[0, 0]).all()
+
+
 def test_faces_of_a_sheet_share_the_camera_and_room_for_all(engine: Engine) -> None:
     still = engine.model.rest_vertices
     alone = draw_faces([still], engine.triangles, views=["front"], size=SIZE)[0][0]
@@ -93,8 +100,8 @@ def test_render_command_writes_a_sheet(model_file: Path, tmp_path: Path) -> None
     assert (done.returncode, done.stderr) == (0, "")
     assert "5 faces" in done.stdout
     width, height = Image.open(tmp_path / "jaw.png").size
-    assert width == 4 * 2 * 60
-    assert height > 2 * 80  # five faces take two rows
+    assert width == 5 * 2 * 60
+    assert 80 < height < 2 * 80  # five faces take one row
 
 
 @pytest.mark.parametrize(
