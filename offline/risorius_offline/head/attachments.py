@@ -22,8 +22,9 @@ CHEEK_TOP = -16.0  # where cheeks hang from the zygoma
 ORBIT = 20.0  # from the eyeball's centre: soft tissue within it lies on no bone
 WINGS = (5.0, 20.0, -8.0, -27.0)  # of the nose: x from, to; y below, above
 CHIN_BOTTOM = -84.0
-JAW_TO_RIM = 16.0  # no closer to the held rim does tissue follow the mandible
-PLATE_REACH = 7.0  # height of the tarsal plate above the lid margin
+JAW_TO_RIM = 22.0  # no closer to the held rim does tissue follow the mandible
+PLATE_THICKNESS = 4.5
+PLATE_REACH = 6.0  # height of the tarsal plate above the lid margin
 LEFT, RIGHT = 1, 2
 
 
@@ -49,9 +50,9 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     rim = to_rim <= 0.0
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
     skull = (~below_hinge & ~free) | rim
-    plate = (to_eye < EYE_RADIUS + 2.0) & (y > np.interp(x, margins[:, 0], margins[:, 1]) - 0.5) & (
+    plate = (to_eye < EYE_RADIUS + PLATE_THICKNESS) & (y > np.interp(x, margins[:, 0], margins[:, 1]) - 0.5) & (
         y < np.interp(x, margins[:, 0], margins[:, 1]) + PLATE_REACH
-    ) & (x > margins[4, 0]) & (x < margins[-5, 0])
+    ) & (x > margins[6, 0]) & (x < margins[-7, 0])
     lids = np.where(plate & ~rim, np.where(deep[:, 0] > 0.0, LEFT, RIGHT), 0).astype(np.int8)
     return Attachments(skull, jaw, lids)
 

@@ -52,10 +52,10 @@ COURSES = (
         ((56, -4, 48, 0.05), (46, -20, 64, 0.4), (36, -36, 78, 0.55), (28.5, -45.5, 86, 0.6)),)),
     Course("zygomaticus_minor", 2.5, STRESS, (
         ((47, -2, 62, 0.05), (36, -16, 76, 0.5), (25, -32, 88, 0.65), (17, -38, 94, 0.7)),)),
-    Course("levator_labii_superioris", 2.5, STRESS, (
+    Course("levator_labii_superioris", 2.5, 0.5 * STRESS, (
         ((22, 4, 82, 0.05), (19, -14, 90, 0.5), (13, -36, 97, 0.7)),
         ((28, 3, 80, 0.05), (24, -15, 87, 0.5), (18, -36, 94, 0.7)))),
-    Course("levator_labii_superioris_alaeque_nasi", 2.0, STRESS, (
+    Course("levator_labii_superioris_alaeque_nasi", 2.0, 1.5 * STRESS, (
         ((9, 18, 88, 0.1), (12, 2, 92, 0.5), (15, -14, 97, 0.6), (14, -24, 99, 0.6), (11, -35, 98, 0.65)),)),
     Course("levator_anguli_oris", 3.0, STRESS, (
         ((20, -12, 88, 0.05), (24, -28, 90, 0.35), (28, -44, 87, 0.5)),)),
@@ -69,7 +69,7 @@ COURSES = (
     Course("depressor_anguli_oris", 3.0, STRESS, (
         ((34, -74, 58, 0.1), (31, -60, 78, 0.5), (28.5, -48, 86, 0.6)),
         ((22, -81, 76, 0.1), (26, -63, 84, 0.5), (28.5, -48, 86, 0.6)))),
-    Course("depressor_labii_inferioris", 2.5, STRESS, (
+    Course("depressor_labii_inferioris", 2.5, 0.7 * STRESS, (
         ((24, -77, 72, 0.1), (18, -64, 88, 0.45), (12, -54, 94, 0.7)),
         ((17, -81, 80, 0.1), (12, -66, 91, 0.45), (6, -54, 96, 0.7)))),
     Course("mentalis", 3.0, STRESS, (
@@ -86,15 +86,15 @@ COURSES = (
         ((0, -36.5, 100, 0.5), (11, -37, 98, 0.5), (21, -40.5, 93, 0.5), (30, -46, 85, 0.5)),)),
     Course("orbicularis_oris_peripheralis_inferior", 3.0, STRESS, (
         ((0, -56.5, 98, 0.5), (11, -56, 96, 0.5), (21, -53, 91, 0.5), (30, -47.5, 85, 0.5)),)),
-    Course("orbicularis_oculi_palpebralis", 1.8, STRESS, (
+    Course("orbicularis_oculi_palpebralis", 1.8, 0.5 * STRESS, (
         ((16.6, 17.2, 76, 0.5), (23, 24.4, 80, 0.6), (30.5, 25.8, 80, 0.6), (38, 23.6, 77, 0.6), (43.5, 18, 71, 0.5)),
         ((16.6, 16.6, 76, 0.5), (23, 12.2, 79, 0.6), (30.5, 10.8, 79, 0.6), (38, 12.4, 76, 0.6), (43.5, 17, 71, 0.5)))),
-    Course("orbicularis_oculi_orbitalis", 3.0, STRESS, (
+    Course("orbicularis_oculi_orbitalis", 3.0, 0.7 * STRESS, (
         ((13, 19, 84, 0.2), (16, 31, 86, 0.5), (29, 37, 84, 0.6), (44, 32, 74, 0.6), (50, 17, 64, 0.6)),
         ((13, 15, 84, 0.2), (17, 1, 84, 0.5), (31, -5, 80, 0.6), (44, 1, 70, 0.6), (50, 16, 64, 0.6)))),
-    Course("frontalis_medialis", 5.0, STRESS, (
+    Course("frontalis_medialis", 5.0, 0.7 * STRESS, (
         ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)), ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
-    Course("frontalis_lateralis", 5.0, STRESS, (
+    Course("frontalis_lateralis", 5.0, 0.7 * STRESS, (
         ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)), ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
     Course("corrugator_supercilii", 2.5, STRESS, (
         ((7, 29.5, 90, 0.05), (16, 33.5, 90, 0.4), (27, 37, 86, 0.75)),)),

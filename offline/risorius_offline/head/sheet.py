@@ -17,8 +17,8 @@ from risorius_offline.head.openings import lid_margins, lip_lines
 from risorius_offline.head.skin import SKIN
 from risorius_offline.head.triangulation import Region, triangulate
 
-LOWER, UPPER = (0.0, -146.0), (104.0, 92.0)
-ROUNDING_BELOW, ROUNDING_ABOVE = 64.0, 35.0  # radii of the rim's corners, millimetres
+LOWER, UPPER = (0.0, -158.0), (116.0, 92.0)
+ROUNDING_BELOW, ROUNDING_ABOVE = 64.0, 50.0  # radii of the rim's corners, millimetres
 LATTICE = 1.6
 
 
@@ -42,7 +42,7 @@ def face_sheet(size: float) -> Sheet:
     def spacing(points: FloatArray) -> FloatArray:
         lips, lids = at_lips.query(points)[0], at_lids.query(points)[0]
         nose = np.linalg.norm(points - np.array([0.0, -15.0, 100.0]), axis=1)
-        wanted = np.minimum.reduce([1.9 + 0.10 * lips, 2.0 + 0.13 * lids, 2.8 + 0.07 * nose, np.full(len(points), 7.0)])
+        wanted = np.minimum.reduce([1.9 + 0.10 * lips, 2.0 + 0.13 * lids, 2.8 + 0.07 * nose, np.full(len(points), 8.5)])
         result: FloatArray = size * wanted
         return result
 
