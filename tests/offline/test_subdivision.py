@@ -1,5 +1,7 @@
 """Square-root-of-three subdivision: what it keeps, what it smooths, and that it stays a surface."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -151,7 +153,7 @@ def test_the_limit_approaches_a_sphere_with_the_square_of_the_coarse_edges():
         points, triangles = octahedron(halvings)
         weights, _ = refine(triangles, len(points), 3)
         inside.append(1.0 - np.linalg.norm(weights @ points, axis=1).mean())
-    assert all(before / after > 3.4 for before, after in zip(inside, inside[1:], strict=False))
+    assert all(before / after > 3.4 for before, after in pairwise(inside))
 
 
 def test_neighbouring_triangles_meet_at_smaller_angles_with_every_step():
