@@ -69,9 +69,9 @@ def drawn_points(page: Any, name: str) -> np.ndarray:
     flat = page.evaluate(
         """name => {
             const thing = preview.viewer.scene_tree.find(["meshcat", "face", name, "<object>"]).object;
-            const toFace = preview.mesh.matrixWorld.clone().invert();
+            const position = thing.geometry.attributes.position, points = [];
             thing.updateWorldMatrix(true, false);
-            const place = toFace.multiply(thing.matrixWorld), position = thing.geometry.attributes.position, points = [];
+            const place = preview.mesh.matrixWorld.clone().invert().multiply(thing.matrixWorld);
             for (let i = 0; i < position.count; i++) {
                 points.push(new MeshCat.THREE.Vector3().fromBufferAttribute(position, i).applyMatrix4(place).toArray());
             }
