@@ -53,16 +53,19 @@ class _Edges:
         start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
         key, wanted = start * count + end, end * count + start
         order = np.argsort(key)
-        double = np.flatnonzero(np.diff(key[order]) == 0)
+        double = order[np.flatnonzero(np.diff(key[order]) == 0)]
         if len(double):
-            edge = order[double[0]]
             raise InputError(
-                f"surface: two triangles run from point {start[edge]} to point {end[edge]}; "
+                f"surface: two triangles run from point {start[double[0]]} to point {end[double[0]]}; "
                 "let each edge have one triangle on either side, and all triangles turn the same way"
             )
         found = order[np.minimum(np.searchsorted(key, wanted, sorter=order), len(key) - 1)]
         twin = np.where(key[found] == wanted, found, -1)
-        return cls(count, start, end, twin, np.flatnonzero(twin < 0))
+        opened = np.flatnonzero(twin < 0)
+        pinched = np.flatnonzero(np.bincount(start[opened], minlength=count) > 1)
+        if len(pinched):
+            raise InputError(f"surface: its boundary meets itself in point {pinched[0]}; give each side a point there")
+        return cls(count, start, end, twin, opened)
 
     @property
     def following(self) -> IntArray:

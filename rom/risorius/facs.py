@@ -51,7 +51,7 @@ _ROWS = (
     ActionUnit(4, "Brow Lowerer", {"procerus": 1.0, "depressor_supercilii": 1.0, "corrugator_supercilii": 1.0}),
     ActionUnit(5, "Upper Lid Raiser", poses={_LID: -0.25}, substitutes={_LEVATOR: 1.0}),
     ActionUnit(6, "Cheek Raiser", {_ORBITAL: 1.0}),
-    ActionUnit(7, "Lid Tightener", {_PALPEBRAL: 1.0}, {_LID: 0.15}),
+    ActionUnit(7, "Lid Tightener", {_PALPEBRAL: 1.0}, {_LID: 0.1}),
     _lips(8, "Lips Toward Each Other", marginal=0.5, peripheral=0.5),
     ActionUnit(9, "Nose Wrinkler", {"levator_labii_superioris_alaeque_nasi": 1.0}),
     ActionUnit(10, "Upper Lip Raiser", {"levator_labii_superioris": 1.0}),

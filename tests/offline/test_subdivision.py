@@ -179,6 +179,12 @@ def test_the_side_that_faces_out_is_kept():
         assert (sign * (normals(refined, fine) * refined[fine].mean(axis=1)).sum(axis=1) > 0.0).all()
 
 
+def test_a_boundary_that_meets_itself_is_refused():
+    points, triangles = grid(3, 3)
+    with pytest.raises(InputError, match="meets itself in point 4"):
+        refine(triangles[[1, 6]], len(points), 1)
+
+
 def test_triangles_that_turn_differently_are_refused():
     points, triangles = grid(3, 3)
     triangles[0] = triangles[0, ::-1]

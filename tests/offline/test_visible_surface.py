@@ -7,6 +7,7 @@ import pytest
 
 from risorius import Engine, Scene
 from risorius.companion import Companion
+from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
 from risorius.surface import CarriedSurface
 from risorius.training import reduce_snapshots
@@ -53,6 +54,12 @@ def test_an_anatomy_file_keeps_surface_and_companions(finer, tmp_path):
     assert loaded.checksum() == finer.checksum()
     assert (loaded.surface.weights != finer.surface.weights).nnz == 0
     assert set(loaded.companions) == {"stone"}
+
+
+def test_a_surface_of_another_mesh_is_refused(plain, finer):
+    foreign = CarriedSurface.of_nodes(plain.points[:4], np.array([[0, 1, 2]]))
+    with pytest.raises(InputError, match="carried by 4 nodes, the mesh has"):
+        replace(finer, surface=foreign)
 
 
 def test_a_frame_shows_where_the_nodes_of_the_equilibrium_carry_the_surface(finer, snapshots):

@@ -70,7 +70,6 @@ def drawn_points(page: Any, name: str) -> np.ndarray:
         """name => {
             const thing = preview.viewer.scene_tree.find(["meshcat", "face", name, "<object>"]).object;
             const position = thing.geometry.attributes.position, points = [];
-            thing.updateWorldMatrix(true, false);
             const place = preview.mesh.matrixWorld.clone().invert().multiply(thing.matrixWorld);
             for (let i = 0; i < position.count; i++) {
                 points.push(new MeshCat.THREE.Vector3().fromBufferAttribute(position, i).applyMatrix4(place).toArray());

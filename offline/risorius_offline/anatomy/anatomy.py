@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from risorius import storage
 from risorius.companion import Companion, read_companions, write_companions
+from risorius.errors import InputError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 from risorius.lids import LidMotion
@@ -63,6 +64,16 @@ class Anatomy:
     surface: CarriedSurface | None = None
     companions: Mapping[str, Companion] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Raise InputError for lids that move without nodes, and for a surface that another mesh carries."""
+        if self.lid_motion is not None and self.lids is None:
+            raise InputError(f"anatomy {self.name!r} has lid_motion but no lids; label the nodes of the tarsal plates")
+        if self.surface is not None and self.surface.weights.shape[1] != len(self.points):
+            raise InputError(
+                f"anatomy {self.name!r}: surface carried by {self.surface.weights.shape[1]} nodes, the mesh has "
+                f"{len(self.points)}; give one weight for each node"
+            )
 
     @property
     def inputs(self) -> InputTable:

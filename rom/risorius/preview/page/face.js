@@ -114,6 +114,7 @@ export class FacePreview {
     for (const [companion, changes] of this.companions) {
       const { elements } = companion.matrix.identity();
       changes.forEach((change, k) => change.forEach((value, i) => { elements[i] += q[k] * value; }));
+      companion.matrixWorldNeedsUpdate = true;
     }
   }
 
