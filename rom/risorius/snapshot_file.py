@@ -12,9 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.companion import Companion, read_companions, write_companions
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius.poses import Poses
+from risorius.surface import CarriedSurface
 
 SCHEMA = "risorius-snapshots"
 SCHEMA_VERSION = 3
@@ -25,17 +27,18 @@ PER_SAMPLE = ("displacements", "derivatives")  # stored in one compressed chunk 
 class SnapshotSet:
     """Solved snapshots of one anatomy; SI units.
 
-    points (n, 3) nodes at rest; skin (m, 3) triangles of node numbers; nodal_volumes (n,) cubic metres; lift_fields
-    (lifts, n, 3), one for each lift coordinate of the poses; parameters (s, p); displacements (s, n, 3) float32;
-    derivatives (s, p, n, 3) float32, of the displacements by the parameters; held_out (s,): never used for training;
-    smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
+    lift_fields (lifts, n, 3), one for each lift coordinate of the poses; parameters (s, p); displacements (s, n, 3)
+    float32; derivatives (s, p, n, 3) float32, of the displacements by the parameters; held_out (s,): never used for
+    training; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
     """
 
     name: str
     muscles: tuple[str, ...]
     poses: Poses
     points: FloatArray
-    skin: npt.NDArray[np.int64]
+    surface: CarriedSurface
+    companions: Mapping[str, Companion]
     nodal_volumes: FloatArray
     lift_fields: FloatArray
     parameters: FloatArray
@@ -48,7 +51,6 @@ class SnapshotSet:
 
     _ARRAYS = (
         "points",
-        "skin",
         "nodal_volumes",
         "lift_fields",
         "parameters",
@@ -71,6 +73,8 @@ class SnapshotSet:
             file.create_dataset("muscles", data=list(self.muscles), dtype=storage.TEXT)
             file.create_dataset("failures", data=list(self.failures), dtype=storage.TEXT)
             self.poses.write(file)
+            self.surface.write(file.create_group("surface"))
+            write_companions(file, self.companions)
             for name in self._ARRAYS:
                 values = getattr(self, name)
                 if name not in PER_SAMPLE:
@@ -89,6 +93,8 @@ class SnapshotSet:
                 name=str(file.attrs["name"]),
                 muscles=storage.text_list(file["muscles"]),
                 poses=Poses.read(file),
+                surface=CarriedSurface.read(file["surface"]),
+                companions=read_companions(file),
                 failures=storage.text_list(file["failures"]),
                 provenance=json.loads(file.attrs["provenance"]),
                 **{name: file[name][()] for name in cls._ARRAYS},

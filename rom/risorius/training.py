@@ -42,18 +42,20 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
             parameters[train], modal.coordinates[train], _overlap(snapshots.displacements[singles])
         ),
     }
-    skin_nodes, triangles = np.unique(snapshots.skin, return_inverse=True)
-    basis = np.concatenate([snapshots.lift_fields, modal.modes])[:, skin_nodes]
+    surface = snapshots.surface
+    basis = surface.carry(np.concatenate([snapshots.lift_fields, modal.modes]))
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
-        rest_vertices=snapshots.points[skin_nodes].astype(np.float32),
-        triangles=triangles.reshape(snapshots.skin.shape).astype(np.int32),
-        basis=np.ascontiguousarray(basis, dtype=np.float32),
+        rest_vertices=surface.points.astype(np.float32),
+        triangles=surface.triangles.astype(np.int32),
+        basis=basis.astype(np.float32),
         evaluators=evaluators,
-        accuracy={name: _accuracy(evaluators, name, snapshots, basis, skin_nodes) for name in evaluators},
+        accuracy={name: _accuracy(evaluators, name, snapshots, basis) for name in evaluators},
         provenance={**snapshots.provenance, "snapshots": int(train.sum()), "held_out": int((~train).sum())},
+        colours=surface.colours,
+        companions=snapshots.companions,
     )
     return model
 
@@ -95,16 +97,14 @@ def _overlap(displacements: npt.NDArray[np.float32]) -> FloatArray:
     return magnitude @ magnitude.T
 
 
-def _accuracy(
-    evaluators: dict[str, Evaluator], name: str, snapshots: SnapshotSet, basis: FloatArray, skin: npt.NDArray[np.int64]
-) -> Accuracy:
-    """Errors on the held-out snapshots, and the calibration of the error bound that every frame carries."""
+def _accuracy(evaluators: dict[str, Evaluator], name: str, snapshots: SnapshotSet, basis: FloatArray) -> Accuracy:
+    """Errors of the visible vertices on the held-out snapshots, and the calibration of every frame's error bound."""
     held = np.flatnonzero(snapshots.held_out)
     if not len(held):
         raise InputError("snapshots: none is held out, the model's accuracy cannot be measured; solve some")
-    truth = snapshots.displacements[held][:, skin].astype(np.float64)
+    truth = snapshots.surface.carry(snapshots.displacements[held])
     rank = len(basis) - len(snapshots.lift_fields)
-    errors, sizes = np.empty((len(held), len(skin))), np.empty(len(held))
+    errors, sizes = np.empty(truth.shape[:2]), np.empty(len(held))
     modal, linear = np.empty(rank), np.zeros(rank)
     lifts = _lifts(snapshots)[held]
     for row, parameters in enumerate(snapshots.parameters[held]):

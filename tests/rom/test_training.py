@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import risorius
 from risorius.bases import pod
+from risorius.companion import Companion
 from risorius.errors import InputError
 from risorius.jaw import JawMotion
 from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
+from risorius.surface import CarriedSurface
 from risorius.training import reduce_snapshots
 
 JAW = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
@@ -19,6 +22,14 @@ def answer(parameters, fields):
     a, b, opening, _, _ = parameters
     modal = np.tensordot([a + 0.2 * a * a, b, 0.4 * a * b, 0.1 * opening * a], fields[4:], axes=1)
     return modal + np.tensordot(JAW.lift_coordinates(parameters[2:]), fields[:4], axes=1)
+
+
+def made_up_surface(rng):
+    """Forty vertices, each carried by three of the sixty nodes."""
+    rows, shares = np.repeat(np.arange(40), 3), rng.dirichlet(np.ones(3), 40)
+    weights = sp.csr_matrix((shares.ravel(), (rows, rng.integers(0, 60, 120))), shape=(40, 60))
+    colours = rng.integers(0, 256, (40, 3)).astype(np.uint8)
+    return CarriedSurface(rng.uniform(-0.05, 0.05, (40, 3)), rng.integers(0, 40, (80, 3)), weights, colours)
 
 
 def made_up_snapshots(count=120, held_out=30):
@@ -32,7 +43,10 @@ def made_up_snapshots(count=120, held_out=30):
         muscles=("zygomaticus_major_L", "zygomaticus_major_R"),
         poses=Poses(JAW),
         points=points,
-        skin=rng.integers(0, 60, (80, 3)),
+        surface=made_up_surface(rng),
+        companions={
+            "teeth": Companion(points[:5], np.array([[0, 1, 2], [2, 3, 4]]), np.zeros((5, 3), np.uint8), "jaw")
+        },
         nodal_volumes=rng.uniform(1e-7, 2e-7, 60),
         lift_fields=fields[:4],
         parameters=parameters,
@@ -52,13 +66,22 @@ def trained():
 
 
 def test_learned_map_finds_a_polynomial_answer_where_superposition_cannot(trained):
-    _, fields, model = trained
-    skin = np.unique(trained[0].skin)
+    snapshots, fields, model = trained
     frame = risorius.Engine(model).evaluate(muscles={"zygomaticus_major_L": 0.7, "zygomaticus_major_R": 0.9})
-    exact = answer(np.array([0.7, 0.9, 0.0, 0.0, 0.0]), fields)[skin]
+    exact = snapshots.surface.weights @ answer(np.array([0.7, 0.9, 0.0, 0.0, 0.0]), fields)
     found = frame.vertices - model.rest_vertices
     assert np.abs(found - exact).max() < 1e-5
     assert model.accuracy["polynomial"].p95 < 0.02 * model.accuracy["superposition"].p95
+
+
+def test_a_model_shows_the_carried_surface_with_its_colours_and_companions(trained):
+    snapshots, fields, model = trained
+    visible = snapshots.surface
+    np.testing.assert_allclose(model.rest_vertices, visible.points, rtol=1e-6)
+    np.testing.assert_allclose(model.basis[:4], visible.carry(fields[:4]), atol=1e-8)
+    np.testing.assert_array_equal(model.triangles, visible.triangles)
+    np.testing.assert_array_equal(model.colours, visible.colours)
+    assert model.companions == snapshots.companions
 
 
 def test_rank_is_that_of_the_data_and_snapshots_are_reproduced(trained):
@@ -100,6 +123,8 @@ def test_snapshot_file_comes_back_as_it_was(tmp_path):
     for name in SnapshotSet._ARRAYS:
         np.testing.assert_array_equal(getattr(loaded, name), getattr(snapshots, name))
     assert loaded.poses == snapshots.poses
+    np.testing.assert_array_equal(loaded.surface.weights.toarray(), snapshots.surface.weights.toarray())
+    assert loaded.companions["teeth"].moves_with == "jaw"
 
 
 def test_pod_is_orthonormal_in_its_weights_and_best_among_bases():
