@@ -19,12 +19,15 @@ Flags = npt.NDArray[np.bool_]
 VESTIBULE = (-62.0, -25.0)  # height of its lower and upper fornix
 MASSETER_FRONT = 44.0  # z of its anterior border; cheeks are free in front of it
 CHEEK_TOP = -16.0  # where cheeks hang from the zygoma
-ORBIT = 20.0  # from the eyeball's centre: soft tissue within it lies on no bone
+ORBIT = 23.0  # from the eyeball's centre: soft tissue within it lies on no bone
 WINGS = (5.0, 20.0, -8.0, -27.0)  # of the nose: x from, to; y below, above
 CHIN_BOTTOM = -84.0
 JAW_TO_RIM = 22.0  # no closer to the held rim does tissue follow the mandible
-PLATE_THICKNESS = 4.5
-PLATE_REACH = 6.0  # height of the tarsal plate above the lid margin
+PLATE_THICKNESS = 8.0
+BROW, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 10.0, 50.0, 12.0  # where the forehead begins to glide on the bone
+MARGIN = 1.0  # of the lid, up to which all layers are part of the plate
+CANTHUS = 1.6  # about the corner of the eye, held by its tendon in all layers
+PLATE_REACH = 1.0  # height of the tarsal plate above the lid margin
 LEFT, RIGHT = 1, 2
 
 
@@ -35,6 +38,8 @@ class Attachments:
     skull: Flags
     jaw: Flags
     lids: npt.NDArray[np.int8]
+    margin: Flags
+    canthi: Flags
 
 
 def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> Attachments:
@@ -45,16 +50,25 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     cheek = (z > MASSETER_FRONT) & (y > VESTIBULE[0]) & (y < np.where(x > 30.0, CHEEK_TOP, VESTIBULE[1]))
     wings = (x > WINGS[0]) & (x < WINGS[1]) & (y < WINGS[2]) & (y > WINGS[3]) & (z > 80.0)
     throat = (y < CHIN_BOTTOM) | ((y < -60.0) & _below_mandible(x, y, z))
-    free = orbit | cheek | wings | throat
+    forehead = (y > np.where(x < GLABELLA, BROW + 6.0, BROW)) & (x < TEMPORAL_LINE) & (to_rim > SCALP)
+    free = orbit | cheek | wings | throat | forehead
     below_hinge = (y <= VESTIBULE[0]) | ((z <= MASSETER_FRONT) & (y < CHEEK_TOP))
     rim = to_rim <= 0.0
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
     skull = (~below_hinge & ~free) | rim
-    plate = (to_eye < EYE_RADIUS + PLATE_THICKNESS) & (y > np.interp(x, margins[:, 0], margins[:, 1]) - 0.5) & (
-        y < np.interp(x, margins[:, 0], margins[:, 1]) + PLATE_REACH
-    ) & (x > margins[6, 0]) & (x < margins[-7, 0])
+    corners = margins[[0, -1]]
+    canthi = np.linalg.norm(np.column_stack([x, y])[:, None] - corners[None, :, :2], axis=2).min(axis=1) < CANTHUS
+    plate = (
+        (to_eye < EYE_RADIUS + PLATE_THICKNESS)
+        & (y > np.interp(x, margins[:, 0], margins[:, 1]) - 0.5)
+        & (y < np.interp(x, margins[:, 0], margins[:, 1]) + PLATE_REACH)
+        & ~canthi
+        & (x > margins[0, 0])
+        & (x < margins[-1, 0])
+    )
+    margin = plate & (y < np.interp(x, margins[:, 0], margins[:, 1]) + MARGIN)
     lids = np.where(plate & ~rim, np.where(deep[:, 0] > 0.0, LEFT, RIGHT), 0).astype(np.int8)
-    return Attachments(skull, jaw, lids)
+    return Attachments(skull | canthi, jaw, lids, margin, canthi)
 
 
 def _below_mandible(x: FloatArray, y: FloatArray, z: FloatArray) -> Flags:

@@ -113,8 +113,10 @@ class Sculpture:
         result = self.strokes[0].shape.distance(folded)
         for stroke in self.strokes[1:]:
             value = stroke.shape.distance(folded)
-            result = smooth_maximum(result, -value, stroke.blend) if stroke.carve else (
-                smooth_minimum(result, value, stroke.blend)
+            result = (
+                smooth_maximum(result, -value, stroke.blend)
+                if stroke.carve
+                else (smooth_minimum(result, value, stroke.blend))
             )
         return result
 

@@ -16,7 +16,10 @@ from risorius_offline.head.skull import DEEP, GLOBE
 
 SKIN_THICKNESS, LARGEST_SKIN_SHARE = 1.8, 0.33
 FRACTIONS = (0.0, 0.42, 0.70)  # of the tissue below the skin, from deep to superficial
-NEAR_EYE = (14.5, 22.0)  # millimetres from the eyeball's centre within which it decides alone, and beyond which it does not
+NEAR_EYE = (
+    14.5,
+    22.0,
+)  # millimetres from the eyeball's centre within which it decides alone, and beyond which it does not
 
 
 @dataclass(frozen=True)

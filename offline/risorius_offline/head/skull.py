@@ -38,4 +38,6 @@ HOLLOWS = (
 )
 GLOBE = Ellipsoid(EYE_CENTRE, (EYE_RADIUS + 0.2,) * 3)
 
-DEEP = Sculpture((*CRANIUM.strokes, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE.strokes), *HOLLOWS, add(GLOBE, 3)))
+DEEP = Sculpture(
+    (*CRANIUM.strokes, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE.strokes), *HOLLOWS, add(GLOBE, 3))
+)
