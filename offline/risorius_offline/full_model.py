@@ -21,6 +21,7 @@ from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tissue import Tissue
 from risorius_offline.unit_strain import UnitStrain
+from risorius_offline.wall import Wall
 
 # A body strained less than this is as good as at rest.
 STRAIN_OF_REST = 1e-6
@@ -53,6 +54,7 @@ class FullModel:
         self._fibres_in_tissue = fibre_law == PROPORTIONAL
         tensors = active_tensors(self.discretisation, points, self.muscle_count)
         self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
+        self.wall = Wall(self.discretisation, anatomy.materials)
         self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
         prescribed = anatomy.skull | anatomy.jaw
         self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
@@ -106,7 +108,7 @@ class FullModel:
 
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
-        total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
+        total = self.tissue.energy(u)[0] + self.wall.energy(u) + self._dead_load.energy(u)
         if not np.isfinite(total):
             return total
         if not self._fibres_in_tissue:
@@ -117,7 +119,7 @@ class FullModel:
         """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
-        total += self._dead_load.add_forces(u, forces)
+        total += self.wall.add_forces(u, forces) + self._dead_load.add_forces(u, forces)
         if not self._fibres_in_tissue:
             total += self.fibres.add_forces(u, self._activations, forces)
         for effect in self.effects:
@@ -130,6 +132,8 @@ class FullModel:
         projection: 0 for the true ones, 1 for ones made of positive semi-definite pieces, a mixture in between.
         """
         values, blocks = np.zeros(self.discretisation.pattern.nnz), []
+        self.wall.add_tangent(u, projection != 0, values)
+        projection = max(projection, 0.0)
         for share, project in ((1.0 - projection, False), (projection, True)):
             if share == 0.0:
                 continue

@@ -95,6 +95,7 @@ class _Bernstein:
     gradients: FloatArray
     division: FloatArray
     corners: IntArray
+    lattice: FloatArray
 
     def coefficients(self, nodes: FloatArray) -> FloatArray:
         """(e, k) of the determinants of cells with nodes (e, a, 3)."""
@@ -119,6 +120,7 @@ def _bernstein(cell_type: str) -> _Bernstein:
         gradients=element.gradients_at(np.transpose(lattice)),
         division=np.array(division),
         corners=np.flatnonzero(corners),
+        lattice=np.array(lattice),
     )
 
 

@@ -17,10 +17,13 @@ from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
 from risorius_offline.linear_solver import NotPositiveDefiniteError
 
+import os
+DOWN=int(os.environ.get('DOWN','1'))
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
-PROJECTIONS = (0.0, 0.25, 1.0)
+import os
+PROJECTIONS = eval(os.environ.get('PR','(0.0, -1.0, 0.25, 1.0)'))
 # Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
@@ -108,7 +111,7 @@ class GuardedNewton:
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, u, gradient, value) if contracts_well else None
             if following is None:
-                level = factorise(energy, u, max(level or 0, 1) - 1, report)
+                level = factorise(energy, u, max(level or 0, DOWN) - DOWN, report)
                 if level is None:
                     return None
                 following = _step(energy, u, gradient, value)

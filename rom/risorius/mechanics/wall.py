@@ -1,0 +1,141 @@
+"""A barrier that keeps J > 0 everywhere in a cell, not only at its quadrature points.
+
+det(dx/dxi) of a deformed cell is a polynomial, positive where its Bernstein coefficients b are (Johnen, Remacle and
+Geuzaine 2013); r are those at rest. Every coefficient contributes w B(b / (r h)) to the energy with
+
+    B(s) = -(1 - s)^2 ln s  for s < 1, and 0 above
+
+(Li et al. 2020), which is twice continuously differentiable: a cell that is squeezed nowhere below h does not feel it.
+
+Arrays of one block of cells: positions x (n, 3), connectivity (e, a), gradients (k, a, 3) of the shape functions by xi
+at the k points that determine the polynomial, form (k, k) from values there to coefficients, rest (e, k) = r h in
+cubic metres, weights (e,) = w in joules.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from risorius.mechanics.point import cofactor, inlined
+
+_compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp", "reassoc"})
+
+
+@inlined
+def barrier(s):  # type: ignore[no-untyped-def]
+    """B and its first and second derivative at 0 < s < 1."""
+    y, log = 1.0 - s, math.log(s)
+    return -y * y * log, 2.0 * y * log - y * y / s, -2.0 * log + 4.0 * y / s + (y / s) ** 2
+
+
+@_compiled
+def _ratios(x, nodes, gradients, form, rest, A, G, determinants, ratios):  # type: ignore[no-untyped-def]
+    """Write the cofactors G (k, 9) of dx/dxi, its determinants (k,) and b / (r h) (k,); return the smallest of these."""
+    points = len(gradients)
+    for q in range(points):
+        A[:] = 0.0
+        for a in range(len(nodes)):
+            for i in range(3):
+                for j in range(3):
+                    A[3 * i + j] += x[nodes[a], i] * gradients[q, a, j]
+        determinants[q] = cofactor(A, G[q])
+    smallest = math.inf
+    for i in range(points):
+        b = 0.0
+        for q in range(points):
+            b += form[i, q] * determinants[q]
+        ratios[i] = b / rest[i]
+        smallest = min(smallest, ratios[i])
+    return smallest
+
+
+@_compiled
+def _derivative(G, gradient, scale, vector):  # type: ignore[no-untyped-def]
+    """Write scale times the derivative of a determinant by the positions of the nodes into vector (3 a,)."""
+    for a in range(len(gradient)):
+        for i in range(3):
+            vector[3 * a + i] = scale * (
+                G[3 * i] * gradient[a, 0] + G[3 * i + 1] * gradient[a, 1] + G[3 * i + 2] * gradient[a, 2]
+            )
+
+
+@_compiled
+def energy_and_forces(  # type: ignore[no-untyped-def]
+    x, connectivity, gradients, form, rest, weights, with_forces, forces
+):
+    """Energy (J); adds nodal forces (N) to `forces` (n, 3). Infinite where a coefficient is not positive."""
+    points, nodes = gradients.shape[0], connectivity.shape[1]
+    A, G, vector = np.empty(9), np.empty((points, 9)), np.empty(3 * nodes)
+    determinants, ratios, slopes = np.empty(points), np.empty(points), np.empty(points)
+    total = 0.0
+    for e in range(connectivity.shape[0]):
+        smallest = _ratios(x, connectivity[e], gradients, form, rest[e], A, G, determinants, ratios)
+        if smallest >= 1.0:
+            continue
+        if smallest <= 0.0:
+            total = math.inf
+            continue
+        slopes[:] = 0.0
+        for i in range(points):
+            if ratios[i] < 1.0:
+                energy, slope, _ = barrier(ratios[i])
+                total += weights[e] * energy
+                for q in range(points):
+                    slopes[q] += weights[e] * slope / rest[e, i] * form[i, q]
+        if not with_forces:
+            continue
+        for q in range(points):
+            _derivative(G[q], gradients[q], slopes[q], vector)
+            for a in range(nodes):
+                for i in range(3):
+                    forces[connectivity[e, a], i] += vector[3 * a + i]
+    return total
+
+
+@_compiled
+def tangent(  # type: ignore[no-untyped-def]
+    x, connectivity, gradients, form, rest, weights, project, scatter, values
+):
+    """Add second derivatives (N/m) to `values`, the entries of a sparse matrix, where all coefficients are positive.
+
+    scatter (e, 3 a, 3 a): position in `values` of every entry, -1 for entries that are not stored. `project` leaves out
+    the derivatives of the derivatives of b, without which they are positive semi-definite.
+    """
+    points, nodes = gradients.shape[0], connectivity.shape[1]
+    A, G = np.empty(9), np.empty((points, 9))
+    determinants, ratios, slopes = np.empty(points), np.empty(points), np.empty(points)
+    vectors, scaled = np.empty((points, 3 * nodes)), np.empty((points, 3 * nodes))
+    K, T = np.empty((3 * nodes, 3 * nodes)), np.zeros((3 * nodes, 3 * nodes))
+    for e in range(connectivity.shape[0]):
+        if _ratios(x, connectivity[e], gradients, form, rest[e], A, G, determinants, ratios) >= 1.0:
+            continue
+        for q in range(points):
+            _derivative(G[q], gradients[q], 1.0, vectors[q])
+        slopes[:] = 0.0
+        outer = np.zeros((points, points))
+        for i in range(points):
+            if ratios[i] < 1.0:
+                _, slope, curvature = barrier(ratios[i])
+                for q in range(points):
+                    slopes[q] += weights[e] * slope / rest[e, i] * form[i, q]
+                    for p in range(points):
+                        outer[q, p] += weights[e] * curvature / rest[e, i] ** 2 * form[i, q] * form[i, p]
+        if not project:
+            for q in range(points):
+                turn = slopes[q] / determinants[q]
+                outer[q, q] += turn
+                for r in range(3 * nodes):
+                    scaled[q, r] = turn * vectors[q, r]
+            np.dot(vectors.T, scaled, T)
+        np.dot(outer, vectors, scaled)
+        np.dot(vectors.T, scaled, K)
+        for a in range(nodes):
+            for i in range(3):
+                for b in range(nodes):
+                    for j in range(3):
+                        position = scatter[e, 3 * a + i, 3 * b + j]
+                        if position >= 0:
+                            values[position] += K[3 * a + i, 3 * b + j] - T[3 * a + j, 3 * b + i]
