@@ -17,6 +17,7 @@ from risorius.evaluators import PolynomialMap, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
 from risorius.model import Accuracy, ReducedModel
+from risorius.poses import Poses
 from tests.published_face import published_face_folder
 
 
@@ -29,7 +30,7 @@ def synthetic_model() -> ReducedModel:
     corner = np.arange(19 * 16).reshape(19, 16)[:, :15].ravel()
     triangles = np.concatenate([np.column_stack([corner, corner + 16, corner + 17]),
                                 np.column_stack([corner, corner + 17, corner + 1])])  # fmt: skip
-    inputs = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), has_jaw=True)
+    inputs = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), JawMotion.inputs)
     jaw = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
     modes = rng.normal(size=(6, len(rest), 3)) * 1e-3
     actions = np.zeros((5, 6))
@@ -41,7 +42,7 @@ def synthetic_model() -> ReducedModel:
     return ReducedModel(
         name="synthetic",
         inputs=inputs,
-        jaw=jaw,
+        poses=Poses(jaw),
         rest_vertices=rest.astype(np.float32),
         triangles=triangles.astype(np.int32),
         basis=np.concatenate([jaw.unit_motions(rest), modes]).astype(np.float32),

@@ -56,7 +56,8 @@ class FullModel:
         self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
         self.wall = Wall(self.discretisation, anatomy.materials)
         self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
-        prescribed = anatomy.skull | anatomy.jaw
+        self._unit_motions = anatomy.unit_motions()
+        prescribed = anatomy.prescribed
         self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
         self.free = np.flatnonzero(np.repeat(~prescribed, 3))
         self.prescribed = np.flatnonzero(np.repeat(prescribed, 3))
@@ -67,7 +68,7 @@ class FullModel:
         return len(self.anatomy.muscles)
 
     def set_parameters(self, parameters: FloatArray) -> None:
-        """Make muscle activations (the leading parameters) and jaw weights act in all later calls."""
+        """Make muscle activations (the leading parameters) and pose weights act in all later calls."""
         self._activations = parameters[: self.muscle_count]
         self.tissue.set_activations(self._activations)
         self._dead_load = DeadLoad((self._dead_loads @ self._activations).reshape(-1, 3))
@@ -75,14 +76,8 @@ class FullModel:
             effect.set_parameters(parameters)
 
     def prescribed_motion(self, parameters: FloatArray) -> FloatArray:
-        """Displacement (n, 3) of all bone nodes, zero elsewhere, for the jaw weights in the parameters."""
-        u = np.zeros_like(self.anatomy.points)
-        motion = self.anatomy.jaw_motion
-        if motion is not None:
-            lifts = motion.lift_coordinates(parameters[-3:])
-            jaw = self.anatomy.jaw
-            u[jaw] = np.tensordot(lifts, motion.unit_motions(self.anatomy.points[jaw]), axes=1)
-        return u
+        """Displacement (n, 3) of bones and tarsal plates, zero elsewhere, for the pose weights in the parameters."""
+        return np.tensordot(self._lift_coordinates(parameters), self._unit_motions, axes=1)
 
     def follow_bones(self, u: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
         """Displacement u (n, 3) with the bones moved from parameters `before` to `after`, where they land exactly.
@@ -100,11 +95,11 @@ class FullModel:
 
     def _following(self, before: FloatArray, after: FloatArray) -> FloatArray:
         """First-order displacement (n, 3) of tissue and bones between two sets of parameters."""
-        motion = self.anatomy.jaw_motion
-        if motion is None:
-            return np.zeros_like(self.anatomy.points)
-        change = motion.lift_coordinates(after[-3:]) - motion.lift_coordinates(before[-3:])
+        change = self._lift_coordinates(after) - self._lift_coordinates(before)
         return np.tensordot(change, self.lift_fields, axes=1)
+
+    def _lift_coordinates(self, parameters: FloatArray) -> FloatArray:
+        return self.anatomy.poses.lift_coordinates(parameters[self.muscle_count :])
 
     def energy(self, u: FloatArray) -> float:
         """Energy (J) of a displacement; infinite where it is not admissible (J <= 0, or surfaces that cross)."""
@@ -181,16 +176,15 @@ class FullModel:
 
     @cached_property
     def lift_fields(self) -> FloatArray:
-        """(4, n, 3) unit jaw motions, extended into the tissue by linear elasticity at rest; empty without a jaw."""
-        motion = self.anatomy.jaw_motion
-        if motion is None:
-            return np.zeros((0, *self.anatomy.points.shape))
+        """(lifts, n, 3) unit motions of the poses, extended into the tissue by linear elasticity at rest."""
+        fields = self._unit_motions.copy()
+        if not len(fields):
+            return fields
         values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
         self.system.factorise(values, [])
         pattern = self.discretisation.pattern
         upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
-        fields = np.where(self.anatomy.jaw[:, None], motion.unit_motions(self.anatomy.points), 0.0)
         flat = fields.reshape(len(fields), -1)
         flat[:, self.free] = -self.solve((stiffness @ flat.T)[self.free]).T
         return fields

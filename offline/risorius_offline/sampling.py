@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from risorius.inputs import TWO_WAY, InputTable, without_side
-from risorius.jaw import JAW_INPUTS, FloatArray
+from risorius.inputs import InputTable, without_side
+from risorius.jaw import FloatArray, JawMotion
+from risorius.lids import LidMotion
 
 LARGEST_COMBINATION = 4
 SYMMETRIC, ONE_SIDED = 0.6, 0.2  # the rest has a weight of its own on either side
-WITH_JAW = 0.4
+WITH_JAW, WITH_LIDS = 0.4, 0.4
 TRAINING_STREAM, HELD_OUT_STREAM = 0, 1
 
 
@@ -41,17 +42,16 @@ def design(inputs: InputTable, count: int, held_out: int, seed: int) -> Sampling
 
 
 def _single_actions(inputs: InputTable) -> list[FloatArray]:
-    """Each parameter at 1; then groups of both sides at 1 and 1/2; then two-way jaw weights at -1."""
+    """Each parameter at 1; then groups of both sides at 1 and 1/2; then two-way pose weights at -1."""
     identity = np.eye(len(inputs.parameters))
     groups = [identity[group].sum(axis=0) for group in _groups(inputs)]
-    names = inputs.parameters
-    backwards = [-identity[names.index(name)] for name in TWO_WAY if name in names]
+    backwards = list(-identity[inputs.parameter_lower < 0.0])
     paired = [group for group in groups if group.sum() > 1.0]
     return [*identity, *paired, *(0.5 * group for group in groups), *backwards]
 
 
 def _groups(inputs: InputTable) -> list[list[int]]:
-    """Positions of the parameters that belong together: both sides of a muscle; each jaw weight alone."""
+    """Positions of the parameters that belong together: both sides of a muscle or lid; each jaw weight alone."""
     groups: dict[str, list[int]] = {}
     for position, name in enumerate(inputs.parameters):
         groups.setdefault(without_side(name), []).append(position)
@@ -61,15 +61,21 @@ def _groups(inputs: InputTable) -> list[list[int]]:
 def _combination(inputs: InputTable, key: tuple[int, ...]) -> FloatArray:
     rng = np.random.default_rng(key)
     result = np.zeros(len(inputs.parameters))
-    muscles = [group for group in _groups(inputs) if inputs.parameters[group[0]] not in JAW_INPUTS]
+    muscles = [group for group in _groups(inputs) if group[0] < len(inputs.muscles)]
     wanted = min(int(rng.integers(1, LARGEST_COMBINATION + 1)), len(muscles))
     for index in rng.choice(len(muscles), wanted, replace=False):
         _activate(result, muscles[index], rng)
-    if inputs.has_jaw and rng.uniform() < WITH_JAW:
-        opening, forward, sideways = len(result) - 3 + np.arange(3)
+    position = {name: number for number, name in enumerate(inputs.parameters)}
+    if position.keys() >= set(JawMotion.inputs) and rng.uniform() < WITH_JAW:
+        opening, forward, sideways = (position[name] for name in JawMotion.inputs)
         result[opening] = rng.uniform(0.05, 1.0)
         if rng.uniform() < 0.5:
             result[forward], result[sideways] = rng.uniform(-1.0, 1.0, 2)
+    if position.keys() >= set(LidMotion.inputs) and rng.uniform() < WITH_LIDS:
+        left, right = rng.uniform(-1.0, 1.0, 2)
+        together = rng.uniform() < SYMMETRIC
+        for name, weight in zip(LidMotion.inputs, (left, left if together else right), strict=True):
+            result[position[name]] = weight
     return result
 
 

@@ -1,7 +1,7 @@
-"""Derivatives of an equilibrium by its parameters: du/da for every muscle, du/d(jaw), from the factorised tangent.
+"""Derivatives of an equilibrium by its parameters, muscle activations and pose weights, from the factorised tangent.
 
 With f(u, p) = 0 on the free components, K du/dp = -df/dp, where df/dp holds the free components and lets the bones
-follow the jaw.
+and lids follow the pose.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from risorius_offline.equilibrium import Equilibrium
 from risorius_offline.full_model import FullModel
 from risorius_offline.linear_solver import NotPositiveDefiniteError
 
-# Central differences of forces by jaw weights: truncation and rounding are both near 1e-9, relative.
-JAW_STEP = 1e-5
+# Central differences of forces by pose weights: truncation and rounding are both near 1e-9, relative.
+POSE_STEP = 1e-5
 
 
 def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
@@ -33,21 +33,21 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
     forces = np.empty((len(parameters), u.size))
     forces[: model.muscle_count] = model.muscle_forces(u).T
     for number in range(model.muscle_count, len(parameters)):
-        result[number], forces[number] = _by_jaw_weight(model, parameters, number, u)
+        result[number], forces[number] = _by_pose_weight(model, parameters, number, u)
     model.set_parameters(parameters)
     flat = result.reshape(len(parameters), -1)
     flat[:, model.free] = -model.solve(np.ascontiguousarray(forces[:, model.free].T)).T
     return result
 
 
-def _by_jaw_weight(
+def _by_pose_weight(
     model: FullModel, parameters: FloatArray, number: int, u: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Motion (n, 3) of the bones per unit weight, and df/dw (3 n,) along it."""
-    states = [_moved(parameters, number, sign * JAW_STEP) for sign in (1.0, -1.0)]
-    displaced = [np.where(_bones(model)[:, None], model.prescribed_motion(state), u) for state in states]
+    """Motion (n, 3) of bones and lids per unit weight, and df/dw (3 n,) along it."""
+    states = [_moved(parameters, number, sign * POSE_STEP) for sign in (1.0, -1.0)]
+    displaced = [np.where(model.anatomy.prescribed[:, None], model.prescribed_motion(state), u) for state in states]
     plus, minus = (_forces(model, state, moved) for state, moved in zip(states, displaced, strict=True))
-    return (displaced[0] - displaced[1]) / (2 * JAW_STEP), ((plus - minus) / (2 * JAW_STEP)).ravel()
+    return (displaced[0] - displaced[1]) / (2 * POSE_STEP), ((plus - minus) / (2 * POSE_STEP)).ravel()
 
 
 def _forces(model: FullModel, parameters: FloatArray, u: FloatArray) -> FloatArray:
@@ -59,7 +59,3 @@ def _moved(parameters: FloatArray, number: int, step: float) -> FloatArray:
     result = parameters.copy()
     result[number] += step
     return result
-
-
-def _bones(model: FullModel) -> np.ndarray:
-    return model.anatomy.skull | model.anatomy.jaw

@@ -205,7 +205,7 @@ def _gather(anatomy: Anatomy, design: SamplingDesign, effects: EffectChoice, fol
     return SnapshotSet(
         name=anatomy.name,
         muscles=anatomy.inputs.muscles,
-        jaw=anatomy.jaw_motion,
+        poses=anatomy.poses,
         points=anatomy.points,
         skin=anatomy.skin,
         nodal_volumes=model.discretisation.nodal_volumes,

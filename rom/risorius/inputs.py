@@ -1,4 +1,4 @@
-"""From names and weights to the parameters of the physics: muscle activations and jaw weights."""
+"""From names and weights to the parameters of the physics: muscle activations and pose weights."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from risorius.errors import InputError
 from risorius.facs import ACTION_UNITS, ActionUnit
-from risorius.jaw import JAW_INPUTS, FloatArray
+from risorius.intensities import LETTER_WEIGHTS
+from risorius.jaw import FloatArray
+from risorius.poses import POSE_LOWER
+
+Weight: TypeAlias = float | str
+"""A number, or a FACS letter A to E."""
 
 SIDES = ("L", "R")
-TWO_WAY = ("jaw_forward", "jaw_sideways")  # weights in [-1, 1]; all others in [0, 1]
 
 
 def without_side(name: str) -> str:
@@ -29,24 +34,24 @@ class InputTable:
     """Names of what a model understands, and the linear drive from inputs to parameters.
 
     muscles: names of the muscle activations in [0, 1], in the model's order.
-    has_jaw: whether the three jaw weights follow the muscles in the parameter vector.
+    poses: names of the pose weights (jaw, upper lids), which follow the muscles in the parameter vector.
     """
 
     muscles: tuple[str, ...]
-    has_jaw: bool
+    poses: tuple[str, ...] = ()
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the parameter vector: muscles, then jaw_open, jaw_forward, jaw_sideways."""
-        return self.muscles + (JAW_INPUTS if self.has_jaw else ())
+        """Names of the parameter vector: muscles, then poses."""
+        return self.muscles + self.poses
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Inputs in order: one-sided action units, jaw weights, muscles that no action unit drives."""
+        """Inputs in order: one-sided action units, pose weights, muscles that no action unit drives."""
         units = [name for unit in ACTION_UNITS.values() for name in self._sided_names(unit)]
         driven = {muscle for name in units for muscle in self._drive_of(name)}
         left_over = [muscle for muscle in self.muscles if muscle not in driven]
-        return (*units, *(JAW_INPUTS if self.has_jaw else ()), *left_over)
+        return (*units, *self.poses, *left_over)
 
     @cached_property
     def drive(self) -> FloatArray:
@@ -60,12 +65,12 @@ class InputTable:
     @cached_property
     def lower(self) -> FloatArray:
         """Smallest admissible weight of each input, shape (inputs,)."""
-        return np.array([-1.0 if name in TWO_WAY else 0.0 for name in self.names])
+        return np.array([POSE_LOWER.get(name, 0.0) for name in self.names])
 
     @cached_property
     def parameter_lower(self) -> FloatArray:
         """Smallest admissible value of each parameter, shape (parameters,)."""
-        return np.array([-1.0 if name in TWO_WAY else 0.0 for name in self.parameters])
+        return np.array([POSE_LOWER.get(name, 0.0) for name in self.parameters])
 
     @cached_property
     def aliases(self) -> Mapping[str, tuple[int, ...]]:
@@ -77,8 +82,8 @@ class InputTable:
                 table[stem] = table.get(stem, ()) + positions
         return table
 
-    def weights(self, values: Mapping[str, float]) -> FloatArray:
-        """Weight array (inputs,) of named weights; names without a side set both sides.
+    def weights(self, values: Mapping[str, Weight]) -> FloatArray:
+        """Weight array (inputs,) of named weights, numbers or FACS letters; names without a side set both sides.
 
         Raises InputError for an unknown name or a weight that is not a finite number in its range.
         """
@@ -103,15 +108,15 @@ class InputTable:
             self._checked(self.names[bad], array[bad], float(self.lower[bad]))
         return array
 
-    def to_parameters(self, weights: FloatArray, muscles: Mapping[str, float] | None = None) -> FloatArray:
-        """Parameters (muscle activations and jaw weights) of a weight array; several drives of one muscle saturate.
+    def to_parameters(self, weights: FloatArray, muscles: Mapping[str, Weight] | None = None) -> FloatArray:
+        """Parameters (muscle activations and pose weights) of a weight array; several drives of one muscle saturate.
 
         Named muscle activations add to what the inputs ask of the same muscle, up to full activation.
         """
         parameters = np.clip(weights @ self.drive, self.parameter_lower, 1.0)
         return np.minimum(parameters + self.activations(muscles), 1.0) if muscles else parameters
 
-    def activations(self, muscles: Mapping[str, float]) -> FloatArray:
+    def activations(self, muscles: Mapping[str, Weight]) -> FloatArray:
         """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""
         result = np.zeros(len(self.parameters))
         for name, value in muscles.items():
@@ -124,8 +129,9 @@ class InputTable:
     def unknown(self, name: str) -> str:
         """Say why an input name is not understood, and what is."""
         unit = ACTION_UNITS.get(without_side(name))
-        if unit is not None and unit.muscles:
-            return f"input {name!r} needs {' or '.join(unit.muscles)}, which this model lacks; {self._known}"
+        if unit is not None:
+            needed = " or ".join({**unit.poses, **unit.muscles})
+            return f"input {name!r} needs {needed}, which this model lacks; {self._known}"
         return f"input {name!r} is not known to this model; {self._known}"
 
     @cached_property
@@ -138,15 +144,14 @@ class InputTable:
 
     def _sided_names(self, unit: ActionUnit) -> list[str]:
         name = f"AU{unit.number}"
-        if unit.jaw:
-            return [name] if self.has_jaw else []
-        sided = [f"{name}_{side}" for side in SIDES if self._muscles_of(unit, side)]
-        return sided or ([name] if self._muscles_of(unit, "") else [])
+        sided = [f"{name}_{side}" for side in SIDES if self._drive_of_unit(unit, side)]
+        return sided or ([name] if self._drive_of_unit(unit, "") else [])
 
-    def _muscles_of(self, unit: ActionUnit, side: str) -> dict[str, float]:
-        for table in (unit.muscles, unit.substitutes):
-            named = {f"{muscle}_{side}" if side else muscle: share for muscle, share in table.items()}
-            present = {muscle: share for muscle, share in named.items() if muscle in self.muscles}
+    def _drive_of_unit(self, unit: ActionUnit, side: str) -> dict[str, float]:
+        """Shares of the parameters that a unit drives on one side, or with "" on the midline; empty without any."""
+        for table in ({**unit.muscles, **unit.poses}, unit.substitutes):
+            named = {f"{name}_{side}" if side else name: share for name, share in table.items()}
+            present = {name: share for name, share in named.items() if name in self._parameter_index}
             if present:
                 return present
         return {}
@@ -155,14 +160,16 @@ class InputTable:
         unit = ACTION_UNITS.get(without_side(name))
         if unit is None:
             return {name: 1.0}
-        return unit.jaw or self._muscles_of(unit, name[-1] if name != without_side(name) else "")
+        return self._drive_of_unit(unit, name[-1] if name != without_side(name) else "")
 
     @staticmethod
-    def _checked(name: str, value: float, lower: float) -> float:
+    def _checked(name: str, value: Weight, lower: float) -> float:
         try:
-            number = float(value)
+            number = LETTER_WEIGHTS[str(value)] if value in tuple(LETTER_WEIGHTS) else float(value)
         except (TypeError, ValueError):
-            raise InputError(f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1]") from None
+            raise InputError(
+                f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1] or a FACS letter A to E"
+            ) from None
         if not math.isfinite(number) or not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number

@@ -11,17 +11,15 @@ coordinates*: whatever extends the four unit motions into the tissue (the lift f
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-FloatArray: TypeAlias = npt.NDArray[np.float64]
+from risorius.hinge import hinge_coordinates, hinge_motions
 
-JAW_INPUTS = ("jaw_open", "jaw_forward", "jaw_sideways")
-LIFT_COUNT = 4
+FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -38,13 +36,14 @@ class JawMotion:
     forward_slide: float
     sideways_slide: float
 
+    inputs: ClassVar[tuple[str, ...]] = ("jaw_open", "jaw_forward", "jaw_sideways")
+    lift_count: ClassVar[int] = 4
+
     def lift_coordinates(self, jaw: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
         """Return the four lift coordinates (sin, 1 - cos, metres forward, metres sideways) of jaw weights (3,)."""
         opening, forward, sideways = (float(w) for w in np.asarray(jaw))
-        result = np.empty(LIFT_COUNT) if out is None else out
-        angle = opening * self.opening_angle
-        result[0] = math.sin(angle)
-        result[1] = 2.0 * math.sin(0.5 * angle) ** 2
+        result = np.empty(self.lift_count) if out is None else out
+        result[:2] = hinge_coordinates(opening * self.opening_angle)
         result[2] = opening * self.opening_slide + forward * self.forward_slide
         result[3] = sideways * self.sideways_slide
         return result
@@ -52,12 +51,10 @@ class JawMotion:
     def unit_motions(self, points: FloatArray) -> FloatArray:
         """Displacement (4, n, 3) of rigidly moved points (n, 3) for each unit lift coordinate.
 
-        Opening turns the chin downwards and backwards: e_x x (x - c) with y up and z out of the face.
+        Opening turns the chin downwards and backwards.
         """
-        arm = np.asarray(points) - np.asarray(self.condyle_centre)
-        fields = np.zeros((LIFT_COUNT, len(arm), 3))
-        fields[0, :, 1], fields[0, :, 2] = -arm[:, 2], arm[:, 1]
-        fields[1, :, 1], fields[1, :, 2] = -arm[:, 1], -arm[:, 2]
+        fields = np.zeros((self.lift_count, len(points), 3))
+        fields[:2] = hinge_motions(points, self.condyle_centre)
         fields[2, :, 2] = 1.0
         fields[3, :, 0] = 1.0
         return fields

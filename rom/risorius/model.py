@@ -16,10 +16,10 @@ from risorius import storage
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
 from risorius.inputs import InputTable
-from risorius.jaw import LIFT_COUNT, JawMotion
+from risorius.poses import Poses
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class ReducedModel:
     """Skin vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
 
     rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. basis: (r, n, 3) float32, metres per unit
-    coordinate; its first `lifts` fields carry the mandible's unit motions into the skin and are driven exactly.
+    coordinate; its first `lifts` fields carry the unit motions of the poses into the skin and are driven exactly.
     """
 
     name: str
     inputs: InputTable
-    jaw: JawMotion | None
+    poses: Poses
     rest_vertices: npt.NDArray[np.float32]
     triangles: npt.NDArray[np.int32]
     basis: npt.NDArray[np.float32]
@@ -59,17 +59,16 @@ class ReducedModel:
 
     @property
     def lifts(self) -> int:
-        """Number of leading basis fields that are driven by the jaw, exactly."""
-        return LIFT_COUNT if self.jaw else 0
+        """Number of leading basis fields that are driven by jaw and lids, exactly."""
+        return self.poses.lift_count
 
     def save(self, path: str | Path) -> None:
         """Write the model file; it appears under its name only when complete."""
         with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
             file.attrs["name"] = self.name
             file.attrs["provenance"] = json.dumps(self.provenance, sort_keys=True)
-            file["muscles"] = list(self.inputs.muscles)
-            if self.jaw:
-                file.create_group("jaw").attrs.update(asdict(self.jaw))
+            file.create_dataset("muscles", data=list(self.inputs.muscles), dtype=storage.TEXT)
+            self.poses.write(file)
             file["rest_vertices"] = self.rest_vertices
             file["triangles"] = self.triangles
             file.create_dataset("basis", data=self.basis, chunks=True, compression="gzip", shuffle=True)
@@ -89,15 +88,15 @@ def load(path: str | Path) -> ReducedModel:
 
 
 def _read(file: h5py.File, path: Path) -> ReducedModel:
-    jaw = JawMotion(**storage.plain_attributes(file["jaw"])) if "jaw" in file else None
+    poses = Poses.read(file)
     unknown = set(file["evaluators"]) - set(EVALUATORS)
     if unknown:
         raise FileFormatError(f"{path}: unknown evaluator {sorted(unknown)}; make the file anew with this release")
     groups = dict(file["evaluators"].items())
     model = ReducedModel(
         name=str(file.attrs["name"]),
-        inputs=InputTable(storage.text_list(file["muscles"]), jaw is not None),
-        jaw=jaw,
+        inputs=InputTable(storage.text_list(file["muscles"]), poses.inputs),
+        poses=poses,
         rest_vertices=file["rest_vertices"][()],
         triangles=file["triangles"][()],
         basis=file["basis"][()],

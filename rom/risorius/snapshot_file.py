@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from risorius import storage
 from risorius.inputs import InputTable
-from risorius.jaw import FloatArray, JawMotion
+from risorius.jaw import FloatArray
+from risorius.poses import Poses
 
 SCHEMA = "risorius-snapshots"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 PER_SAMPLE = ("displacements", "derivatives")  # stored in one compressed chunk a field
 
 
@@ -25,14 +26,14 @@ class SnapshotSet:
     """Solved snapshots of one anatomy; SI units.
 
     points (n, 3) nodes at rest; skin (m, 3) triangles of node numbers; nodal_volumes (n,) cubic metres; lift_fields
-    (4, n, 3), empty without a jaw; parameters (s, p); displacements (s, n, 3) float32; derivatives (s, p, n, 3)
-    float32, of the displacements by the parameters; held_out (s,): never used for training; smallest_jacobians (s,)
-    over all quadrature points; failures: what could not be solved, and why.
+    (lifts, n, 3), one for each lift coordinate of the poses; parameters (s, p); displacements (s, n, 3) float32;
+    derivatives (s, p, n, 3) float32, of the displacements by the parameters; held_out (s,): never used for training;
+    smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
     """
 
     name: str
     muscles: tuple[str, ...]
-    jaw: JawMotion | None
+    poses: Poses
     points: FloatArray
     skin: npt.NDArray[np.int64]
     nodal_volumes: FloatArray
@@ -60,17 +61,16 @@ class SnapshotSet:
     @property
     def inputs(self) -> InputTable:
         """Names of the parameters and of what drives them."""
-        return InputTable(self.muscles, self.jaw is not None)
+        return InputTable(self.muscles, self.poses.inputs)
 
     def save(self, path: str | Path) -> None:
         """Write the snapshot file; it appears under its name only when complete."""
         with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
             file.attrs["name"] = self.name
             file.attrs["provenance"] = json.dumps(dict(self.provenance), sort_keys=True)
-            file["muscles"] = list(self.muscles)
+            file.create_dataset("muscles", data=list(self.muscles), dtype=storage.TEXT)
             file.create_dataset("failures", data=list(self.failures), dtype=storage.TEXT)
-            if self.jaw:
-                file.create_group("jaw").attrs.update(asdict(self.jaw))
+            self.poses.write(file)
             for name in self._ARRAYS:
                 values = getattr(self, name)
                 if name not in PER_SAMPLE:
@@ -88,7 +88,7 @@ class SnapshotSet:
             return cls(
                 name=str(file.attrs["name"]),
                 muscles=storage.text_list(file["muscles"]),
-                jaw=JawMotion(**storage.plain_attributes(file["jaw"])) if "jaw" in file else None,
+                poses=Poses.read(file),
                 failures=storage.text_list(file["failures"]),
                 provenance=json.loads(file.attrs["provenance"]),
                 **{name: file[name][()] for name in cls._ARRAYS},

@@ -105,7 +105,10 @@ def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:
 
 
 def plain_attributes(group: h5py.Group) -> dict[str, Any]:
-    """Attributes of a group as Python numbers, strings and tuples."""
-    return {
-        key: tuple(np.asarray(v).tolist()) if np.ndim(v) else np.asarray(v).item() for key, v in group.attrs.items()
-    }
+    """Attributes of a group as Python numbers, strings and (nested) tuples."""
+    return {key: _plain(value) for key, value in group.attrs.items()}
+
+
+def _plain(value: Any) -> Any:
+    array = np.asarray(value)
+    return tuple(map(_plain, array)) if array.ndim else array.item()

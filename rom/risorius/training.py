@@ -26,7 +26,7 @@ class _ModalData:
 
 
 def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
-    """Reduced model with at most `rank` POD modes, besides the jaw's exact lift fields.
+    """Reduced model with at most `rank` POD modes, besides the exact lift fields of the poses.
 
     Raises InputError when the snapshots lack what training needs.
     """
@@ -47,7 +47,7 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
-        jaw=snapshots.jaw,
+        poses=snapshots.poses,
         rest_vertices=snapshots.points[skin_nodes].astype(np.float32),
         triangles=triangles.reshape(snapshots.skin.shape).astype(np.int32),
         basis=np.ascontiguousarray(basis, dtype=np.float32),
@@ -73,15 +73,19 @@ def _single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
 
 def _project(snapshots: SnapshotSet, rank: int) -> _ModalData:
     fluctuations = snapshots.displacements.astype(np.float64)
-    if snapshots.jaw:
-        lifts = np.stack([snapshots.jaw.lift_coordinates(p[-3:]) for p in snapshots.parameters])
-        fluctuations -= np.tensordot(lifts, snapshots.lift_fields, axes=1)
+    fluctuations -= np.tensordot(_lifts(snapshots), snapshots.lift_fields, axes=1)
     modes, _ = pod(fluctuations[~snapshots.held_out], snapshots.nodal_volumes, rank)
     # One unit of a coordinate is a root mean square displacement of 1 mm.
     modes *= 1e-3 * np.sqrt(snapshots.nodal_volumes.sum())
     squared = float(1e-6 * snapshots.nodal_volumes.sum())
     coordinates = np.einsum("sni,n,rni->sr", fluctuations, snapshots.nodal_volumes, modes, optimize=True) / squared
     return _ModalData(modes, coordinates)
+
+
+def _lifts(snapshots: SnapshotSet) -> FloatArray:
+    """Lift coordinates (s, lifts) of every snapshot."""
+    weights = snapshots.parameters[:, len(snapshots.muscles) :]
+    return np.stack([snapshots.poses.lift_coordinates(row) for row in weights])
 
 
 def _overlap(displacements: npt.NDArray[np.float32]) -> FloatArray:
@@ -102,12 +106,12 @@ def _accuracy(
     rank = len(basis) - len(snapshots.lift_fields)
     errors, sizes = np.empty((len(held), len(skin))), np.empty(len(held))
     modal, linear = np.empty(rank), np.zeros(rank)
+    lifts = _lifts(snapshots)[held]
     for row, parameters in enumerate(snapshots.parameters[held]):
         evaluators[name].coordinates(parameters, modal)
         if name != Superposition.name:
             evaluators[Superposition.name].coordinates(parameters, linear)
-        lifts = snapshots.jaw.lift_coordinates(parameters[-3:]) if snapshots.jaw else np.zeros(0)
-        u = np.tensordot(np.concatenate([lifts, modal]), basis, axes=1)
+        u = np.tensordot(np.concatenate([lifts[row], modal]), basis, axes=1)
         errors[row] = np.linalg.norm(u - truth[row], axis=1)
         sizes[row] = np.linalg.norm(modal - linear)
     offset = 0.1 * float(np.median(sizes)) + 1e-12

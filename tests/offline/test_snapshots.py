@@ -5,6 +5,7 @@ import pytest
 
 from risorius.errors import InputError, SolverError
 from risorius.inputs import InputTable
+from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
 from risorius.snapshot_file import SnapshotSet
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
@@ -16,7 +17,7 @@ from risorius_offline.snapshots import solve_design
 from tests.offline.hard_models import dragging, piston
 from tests.offline.models import muscle_block
 
-TABLE = InputTable(("zygomaticus_major_L", "zygomaticus_major_R", "mentalis_L", "mentalis_R"), has_jaw=True)
+TABLE = InputTable(("zygomaticus_major_L", "zygomaticus_major_R", "mentalis_L", "mentalis_R"), JawMotion.inputs)
 
 
 def test_design_has_every_single_action_and_is_a_prefix_of_a_longer_one():

@@ -28,7 +28,7 @@ def test_vertices_are_rest_plus_basis_times_coordinates(engine, synthetic_model)
 
 def test_the_jaw_moves_exactly(engine, synthetic_model):
     frame = engine.evaluate({"jaw_open": 1.0, "jaw_forward": -0.5})
-    exact = synthetic_model.jaw.lift_coordinates((1.0, -0.5, 0.0))
+    exact = synthetic_model.poses.jaw.lift_coordinates((1.0, -0.5, 0.0))
     np.testing.assert_array_equal(frame.coordinates[:4], exact)
 
 

@@ -3,13 +3,14 @@ import pytest
 
 from risorius.errors import InputError
 from risorius.inputs import InputTable
+from risorius.jaw import JawMotion
 
 MUSCLES = ("zygomaticus_major_L", "zygomaticus_major_R", "orbicularis_oris_peripheralis", "axial")
 
 
 @pytest.fixture
 def table():
-    return InputTable(MUSCLES, has_jaw=True)
+    return InputTable(MUSCLES, JawMotion.inputs)
 
 
 def test_inputs_are_sided_action_units_then_jaw_then_muscles_without_an_action_unit(table):

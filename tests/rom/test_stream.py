@@ -1,11 +1,12 @@
 import numpy as np
 
 from risorius.inputs import InputTable
+from risorius.jaw import JawMotion
 from risorius.stream import InputGate
 
 
 def test_garbage_on_a_stream_is_left_out_clamped_and_counted():
-    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), has_jaw=True)
+    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), JawMotion.inputs)
     gate = InputGate(table)
     weights = gate.weights(
         [("AU12_L", 0.5), ("AU12_R", 7.0), ("jaw_forward", -3.0), ("jaw_open", float("nan")), ("AU99", 1.0)]
@@ -21,7 +22,7 @@ def test_garbage_on_a_stream_is_left_out_clamped_and_counted():
 
 
 def test_values_change_only_what_they_name_when_a_base_is_given():
-    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"), has_jaw=False)
+    table = InputTable(("zygomaticus_major_L", "zygomaticus_major_R"))
     base = np.array([0.2, 0.3])
     np.testing.assert_array_equal(InputGate(table).weights([("AU12_R", 0.9)], base), [0.2, 0.9])
     np.testing.assert_array_equal(base, [0.2, 0.3])

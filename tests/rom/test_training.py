@@ -7,6 +7,7 @@ import risorius
 from risorius.bases import pod
 from risorius.errors import InputError
 from risorius.jaw import JawMotion
+from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
 from risorius.training import reduce_snapshots
 
@@ -29,7 +30,7 @@ def made_up_snapshots(count=120, held_out=30):
     return SnapshotSet(
         name="made up",
         muscles=("zygomaticus_major_L", "zygomaticus_major_R"),
-        jaw=JAW,
+        poses=Poses(JAW),
         points=points,
         skin=rng.integers(0, 60, (80, 3)),
         nodal_volumes=rng.uniform(1e-7, 2e-7, 60),
@@ -98,7 +99,7 @@ def test_snapshot_file_comes_back_as_it_was(tmp_path):
     loaded = SnapshotSet.load(tmp_path / "s.h5")
     for name in SnapshotSet._ARRAYS:
         np.testing.assert_array_equal(getattr(loaded, name), getattr(snapshots, name))
-    assert loaded.jaw == snapshots.jaw
+    assert loaded.poses == snapshots.poses
 
 
 def test_pod_is_orthonormal_in_its_weights_and_best_among_bases():

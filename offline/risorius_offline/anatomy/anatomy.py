@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.errors import InputError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
+from risorius.lids import LidMotion
 from risorius.mechanics.material import Yeoh
+from risorius.poses import Poses
 from risorius_offline.discretisation import CellBlock, IntArray
 from risorius_offline.muscles.muscle import Muscle
 
 SCHEMA = "risorius-anatomy"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
+LEFT_LID, RIGHT_LID = 1, 2
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class Anatomy:
 
     points (n, 3); cells with a layer number each, materials by layer number; skull, jaw (n,) flags of the nodes that
     move with the bone; skin (m, 3) the visible triangles, outward; jaw_motion is None without a mandible.
+    lids: (n,) labels of the nodes of the upper tarsal plates, LEFT_LID or RIGHT_LID, 0 elsewhere; with lid_motion.
     epidermis: thickness in metres of a film on the skin, of the tissue beneath, that keeps its triangles from folding.
     """
 
@@ -49,14 +54,42 @@ class Anatomy:
     skin: IntArray
     muscles: tuple[Muscle, ...]
     jaw_motion: JawMotion | None
+    lids: npt.NDArray[np.int8] | None = None
+    lid_motion: LidMotion | None = None
     epidermis: float = 0.0
     bones: Mapping[str, Surface] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Raise InputError for lids that move without nodes."""
+        if self.lid_motion is not None and self.lids is None:
+            raise InputError(f"anatomy {self.name!r} has lid_motion but no lids; label the nodes of the tarsal plates")
+
     @property
     def inputs(self) -> InputTable:
         """Inputs that this anatomy understands."""
-        return InputTable(tuple(muscle.name for muscle in self.muscles), self.jaw_motion is not None)
+        return InputTable(tuple(muscle.name for muscle in self.muscles), self.poses.inputs)
+
+    @property
+    def poses(self) -> Poses:
+        """Prescribed motions."""
+        return Poses(self.jaw_motion, self.lid_motion)
+
+    @property
+    def prescribed(self) -> npt.NDArray[np.bool_]:
+        """(n,) nodes whose displacement is prescribed: on skull, jaw or a tarsal plate."""
+        bones = self.skull | self.jaw
+        return bones if self.lids is None else bones | (self.lids != 0)
+
+    def unit_motions(self) -> FloatArray:
+        """(lifts, n, 3) displacement of the prescribed nodes for each lift coordinate of the poses; zero elsewhere."""
+        fields = [np.zeros((0, *self.points.shape))]
+        if self.jaw_motion is not None:
+            fields.append(np.where(self.jaw[:, None], self.jaw_motion.unit_motions(self.points), 0.0))
+        if self.lid_motion is not None and self.lids is not None:
+            of_lid = self.lids == np.repeat([LEFT_LID, RIGHT_LID], 2)[:, None]
+            fields.append(np.where(of_lid[..., None], self.lid_motion.unit_motions(self.points), 0.0))
+        return np.concatenate(fields)
 
     def save(self, path: str | Path) -> None:
         """Write the anatomy file; it appears under its name only when complete."""
@@ -90,14 +123,16 @@ class Anatomy:
             muscle.write(group.create_group(f"muscles/{number:03d}"))
         for name, bone in self.bones.items():
             group[f"bones/{name}/points"], group[f"bones/{name}/triangles"] = bone.points, bone.triangles
-        if self.jaw_motion:
-            group.create_group("jaw_motion").attrs.update(asdict(self.jaw_motion))
+        if self.lids is not None:
+            group["lids"] = self.lids
+        self.poses.write(group)
 
     @classmethod
     def read(cls, group: h5py.Group) -> Anatomy:
         """Load what `write` stored."""
         cells = tuple(CellBlock(kind, b["connectivity"][()], b["layer"][()]) for kind, b in group["cells"].items())
         bones = {name: Surface(b["points"][()], b["triangles"][()]) for name, b in group.get("bones", {}).items()}
+        poses = Poses.read(group)
         return cls(
             name=str(group.attrs["name"]),
             points=group["points"][()],
@@ -107,7 +142,9 @@ class Anatomy:
             jaw=group["jaw"][()],
             skin=group["skin"][()],
             muscles=tuple(Muscle.read(item) for item in group.get("muscles", {}).values()),
-            jaw_motion=JawMotion(**storage.plain_attributes(group["jaw_motion"])) if "jaw_motion" in group else None,
+            jaw_motion=poses.jaw,
+            lids=group["lids"][()] if "lids" in group else None,
+            lid_motion=poses.lids,
             epidermis=float(group.attrs["epidermis"]),
             bones=bones,
             provenance=json.loads(group.attrs["provenance"]),

@@ -82,8 +82,8 @@ def _summary(model: FullModel, found: Equilibrium, skin: SkinState) -> Table:
         "smallest J": f"{report.smallest_jacobian:.3f}",
         "skin strain, smallest and largest": f"{skin.strains.min():.3f}, {skin.strains.max():.3f}",
         "skin stress, largest principal, kPa": f"{1e-3 * skin.principal_stresses.max():.3g}",
-        "reaction of skull and jaw, N": ", ".join(
-            f"{np.linalg.norm(force):.3f}" for force in (reactions.skull, reactions.jaw)
+        "reaction of skull, jaw and lids, N": ", ".join(
+            f"{np.linalg.norm(force):.3f}" for force in (reactions.skull, reactions.jaw, reactions.lids)
         ),
     }
     table = Table(title="equilibrium", show_header=False)

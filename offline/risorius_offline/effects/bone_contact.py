@@ -61,10 +61,11 @@ class BoneContact:
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
         self._motion = anatomy.jaw_motion
+        self._first_jaw_weight = len(anatomy.muscles)
         if not anatomy.bones:
             raise InputError(f"anatomy {anatomy.name!r} has no bones; contact needs the surface of one at least")
         areas = _nodal_areas(anatomy)
-        self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.skull & ~anatomy.jaw)
+        self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.prescribed)
         self.areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
         self._bones = tuple(self._bone(anatomy, name) for name in anatomy.bones)
         self._jaw, self._jaw_nodes = _STILL, anatomy.jaw
@@ -77,7 +78,8 @@ class BoneContact:
         if self._motion is None:
             return
         frame = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-        lifts = self._motion.lift_coordinates(parameters[-3:])
+        weights = parameters[self._first_jaw_weight :][: len(self._motion.inputs)]
+        lifts = self._motion.lift_coordinates(weights)
         moved = frame + np.tensordot(lifts, self._motion.unit_motions(frame), axes=1)
         self._jaw = _Pose((moved[1:] - moved[0]).T, moved[0])
 

@@ -19,8 +19,9 @@ class ContactSurface:
     """Closed boundary in its own numbering: row i of every array by node is node nodes[i] of the mesh.
 
     nodes (b,); points (b, 3) at rest, metres; areas (b,) a third of the triangles around each node, square metres;
-    bone (b,) flags. triangles (m, 3), outward; across (m, 3) the triangle beyond the edge from corner k to the next,
-    -1 where not exactly two meet; fans lists the triangles around each node, from fan_starts[i] to fan_starts[i + 1].
+    bone (b,) flags of the prescribed nodes. triangles (m, 3), outward; across (m, 3) the triangle beyond the edge from
+    corner k to the next, -1 where not exactly two meet; fans lists the triangles around each node, from fan_starts[i]
+    to fan_starts[i + 1].
     """
 
     nodes: IntArray
@@ -48,7 +49,7 @@ class ContactSurface:
             nodes=nodes,
             points=points,
             areas=areas,
-            bone=(anatomy.skull | anatomy.jaw)[nodes],
+            bone=anatomy.prescribed[nodes],
             triangles=triangles,
             across=_triangles_across(triangles),
             fans=order // 3,

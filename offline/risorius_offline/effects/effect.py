@@ -28,7 +28,7 @@ class Effect(Protocol):
     """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
 
     def set_parameters(self, parameters: FloatArray) -> None:
-        """Take the parameters (p,), muscle activations and then jaw weights, for all later calls."""
+        """Take the parameters (p,), muscle activations and then pose weights, for all later calls."""
         ...
 
     def energy(self, u: FloatArray) -> float:

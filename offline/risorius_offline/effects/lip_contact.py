@@ -68,7 +68,7 @@ class LipContact:
         self._topology = (surface.triangles, surface.bone, surface.across, surface.fans, surface.fan_starts)
 
     def set_parameters(self, parameters: FloatArray) -> None:
-        """Contact does not depend on muscles or jaw weights."""
+        """Contact does not depend on muscles or pose weights."""
 
     def energy(self, u: FloatArray) -> float:
         """Joules; infinite where a node lies on a triangle."""

@@ -1,4 +1,4 @@
-"""Forces between the bones and the tissue that is fixed to them."""
+"""Forces between bones or tarsal plates and the tissue that is fixed to them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from risorius_offline.full_model import FullModel
 
 @dataclass(frozen=True)
 class Reactions:
-    """Resultant forces (3,) in newtons with which skull and jaw hold the nodes fixed to them.
+    """Resultant forces (3,) in newtons with which skull, jaw and both upper lids hold the nodes fixed to them.
 
-    At an equilibrium they balance the external loads: without loads their sum is zero. A node on both counts as jaw.
+    At an equilibrium they balance the external loads: without loads their sum is zero. A node on both bones counts as
+    jaw.
     """
 
     skull: FloatArray
     jaw: FloatArray
+    lids: FloatArray
 
 
 def bone_reactions(model: FullModel, equilibrium: Equilibrium) -> Reactions:
@@ -25,4 +27,6 @@ def bone_reactions(model: FullModel, equilibrium: Equilibrium) -> Reactions:
     model.set_parameters(equilibrium.parameters)
     _, _, forces = model.forces(equilibrium.u)
     jaw = model.anatomy.jaw
-    return Reactions(skull=forces[model.anatomy.skull & ~jaw].sum(axis=0), jaw=forces[jaw].sum(axis=0))
+    skull = model.anatomy.skull & ~jaw
+    lids = model.anatomy.prescribed & ~(skull | jaw)
+    return Reactions(*(forces[held].sum(axis=0) for held in (skull, jaw, lids)))

@@ -39,7 +39,7 @@ def info(
     console = Console(soft_wrap=True, highlight=False)
     console.print(
         f"[bold]{loaded.name}[/bold]: {len(loaded.rest_vertices)} vertices, {len(loaded.triangles)} triangles, "
-        f"{len(loaded.basis)} coordinates ({loaded.lifts} of them the jaw's)"
+        f"{len(loaded.basis)} coordinates ({loaded.lifts} of them of jaw and lids)"
     )
     console.print("inputs: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.names)))
     console.print("muscles: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.muscles)))

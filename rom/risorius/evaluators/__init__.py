@@ -1,4 +1,4 @@
-"""Evaluators: from parameters (muscle activations, jaw weights) to reduced coordinates.
+"""Evaluators: from parameters (muscle activations, pose weights) to reduced coordinates.
 
 A new evaluator is one file here with a class that satisfies `Evaluator`, and one line in `EVALUATORS`.
 """

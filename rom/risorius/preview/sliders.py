@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 from risorius.facs import ACTION_UNITS
 from risorius.inputs import InputTable, without_side
-from risorius.jaw import JAW_INPUTS
+from risorius.jaw import JawMotion
+from risorius.lids import LidMotion
 
-_LAST_UPPER_FACE_UNIT = 7  # FACS: AU1 to AU7 are of the upper face
+# FACS: AU1 to AU7 are of the upper face, AU41 to AU46 of the eyes in it.
+_UPPER_FACE = {*range(1, 8), *range(41, 47)}
+_LIDS = {without_side(name) for name in LidMotion.inputs}
 GROUPS = ("Upper face", "Lower face", "Jaw", "Muscles")
 
 
@@ -45,8 +48,8 @@ def _label(stem: str) -> str:
 
 def _group(stem: str) -> str:
     unit = ACTION_UNITS.get(stem)
-    if stem in JAW_INPUTS or (unit and unit.jaw):
+    if stem in JawMotion.inputs or (unit and not set(JawMotion.inputs).isdisjoint(unit.poses)):
         return "Jaw"
-    if unit is None:
-        return "Muscles"
-    return "Upper face" if unit.number <= _LAST_UPPER_FACE_UNIT else "Lower face"
+    if stem in _LIDS or (unit and unit.number in _UPPER_FACE):
+        return "Upper face"
+    return "Lower face" if unit else "Muscles"
