@@ -13,7 +13,8 @@ import numpy as np
 from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
-from risorius_offline.newton import GuardedNewton, SolverReport, factorise
+from risorius_offline.newton import GuardedNewton, SolverReport
+from risorius_offline.prediction import predicted
 from risorius_offline.stability import way_down
 
 # Load steps before the last only lead there.
@@ -77,10 +78,9 @@ class EquilibriumSolver:
             self.model.set_parameters(state.parameters)
             step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
-            predicted = self._predicted(state, aim, report)
-            self.model.set_parameters(aim)
+            guess = predicted(self.model, state.u, state.parameters, aim, report)
             at_the_end = aim is target
-            u = self._minimum(predicted, report) if at_the_end else on_the_way.minimise(self.model, predicted, report)
+            u = self._minimum(guess, report) if at_the_end else on_the_way.minimise(self.model, guess, report)
             if u is not None:
                 state = Equilibrium(aim, u)
                 done = 1.0 if at_the_end else done + step
@@ -98,29 +98,6 @@ class EquilibriumSolver:
                 )
         report.converged = True
         return replace(state, report=report)
-
-    def _predicted(self, state: Equilibrium, aim: FloatArray, report: SolverReport) -> FloatArray:
-        u = self.model.follow_bones(state.u, state.parameters, aim)
-        self.model.set_parameters(aim)
-        if np.isfinite(self.model.energy(u)):
-            return u
-        self.model.set_parameters(state.parameters)
-        if factorise(self.model, state.u, 0, report) is None:
-            return u
-        direction = self.model._following(state.parameters, aim)
-        bones = self.model.prescribed
-        pu = self.model.prescribed_motion(aim).reshape(-1)[bones]
-        direction.reshape(-1)[bones] = pu - state.u.reshape(-1)[bones]
-        h = 1e-8 / np.abs(direction).max()
-        ahead, behind = (self.model.forces(state.u + s * direction)[2] for s in (h, -h))
-        change = ((ahead - behind) / (2 * h)).reshape(-1)[self.model.free]
-        direction.reshape(-1)[self.model.free] -= self.model.solve(change)
-        v = state.u + self.model.largest_step(state.u, direction) * direction
-        v.reshape(-1)[bones] = pu
-        self.model.set_parameters(aim)
-
-
-        return v
 
     def _minimum(self, u: FloatArray, report: SolverReport) -> FloatArray | None:
         """Minimum reached from u (n, 3), past saddles; None when none is in reach."""

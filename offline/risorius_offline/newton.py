@@ -8,6 +8,7 @@ while they contract the residual well.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,15 +16,16 @@ import numpy as np
 
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
+from risorius_offline.effects.effect import NodeBlocks
 from risorius_offline.linear_solver import NotPositiveDefiniteError
+from risorius_offline.tangents import PROJECTED, TRUE, Projection, Tangents
 
-import os
-DOWN=int(os.environ.get('DOWN','1'))
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
-import os
-PROJECTIONS = eval(os.environ.get('PR','(0.0, -1.0, 0.25, 1.0)'))
+# Tried one after the other. Walls cost little to project, and are often all that is not convex.
+PROJECTIONS = (TRUE, Projection(True, 0.0), Projection(True, 0.25), PROJECTED)
+ONLY_WALLS = 1
 # Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
@@ -46,11 +48,12 @@ class Energy(Protocol):
         """Energy, smallest J and the derivative of the energy (n, 3), newtons."""
         ...
 
-    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
-        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError.
+    def tangents(self, u: FloatArray) -> Tangents:
+        """Second derivatives at u."""
+        ...
 
-        projection: share of their projection in them, 1 for one made of positive semi-definite pieces.
-        """
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
+        """Factorise what `tangents` mix, over the free components; raises NotPositiveDefiniteError."""
         ...
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
@@ -111,7 +114,7 @@ class GuardedNewton:
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, u, gradient, value) if contracts_well else None
             if following is None:
-                level = factorise(energy, u, max(level or 0, DOWN) - DOWN, report)
+                level = factorise(energy, u, max(level or 0, 1) - 1, report)
                 if level is None:
                     return None
                 following = _step(energy, u, gradient, value)
@@ -124,11 +127,14 @@ class GuardedNewton:
 
 def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
+    tangents = energy.tangents(u)
     for trial in range(level, len(PROJECTIONS)):
+        if trial == ONLY_WALLS and not tangents.at_walls:
+            continue
         report.factorisations += 1
         report.projections += trial > 0
         try:
-            energy.factorise(u, projection=PROJECTIONS[trial])
+            energy.factorise(*tangents.mixed(PROJECTIONS[trial]))
             return trial
         except NotPositiveDefiniteError:
             continue

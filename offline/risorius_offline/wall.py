@@ -1,48 +1,84 @@
-"""Keeps J > 0 everywhere in the cells."""
+"""The walls of a discretisation: what keeps J > 0 everywhere in its cells, not only at their quadrature points."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from risorius.jaw import FloatArray
 from risorius.mechanics import wall
 from risorius.mechanics.material import Yeoh
-from risorius_offline.discretisation import Discretisation
-from risorius_offline.jacobian_bounds import _bernstein
+from risorius_offline.bernstein import BernsteinForm, bernstein_form
+from risorius_offline.discretisation import Discretisation, IntArray
 
-HEIGHT = float(os.environ.get("J0", "0.2"))
-STRENGTH = float(os.environ.get("KAPPA", "1"))
+# A cell feels the wall where it is squeezed below this part of its volume at rest.
+HEIGHT = 0.5
+# Energy of a wall, relative to c10 times the volume at rest: with less of it Newton's method takes more iterations.
+STRENGTH = 3.0
+# Halvings of a cell whose coefficients at rest are not all positive, though its determinant is.
+DEEPEST = 3
 
 
+@dataclass(frozen=True)
 class Wall:
-    def __init__(self, discretisation: Discretisation, materials: tuple[Yeoh, ...]) -> None:
-        c10 = np.array([material.c10 for material in materials])
-        self._points = discretisation.points
-        self._arrays = []
-        for block, scatter in zip(discretisation.volumes, discretisation.scatter, strict=False):
-            if block.cells.cell_type == "tetra" or STRENGTH == 0:
-                continue
-            p = _bernstein(block.cells.cell_type)
-            r = p.coefficients(discretisation.points[block.cells.connectivity])
-            if (r <= 0).any():
-                print("NOT VALID AT REST", (r <= 0).any(axis=1).sum(), r.min())
-            w = STRENGTH * c10[block.cells.layer] * block.weights.sum(axis=1) / r.shape[1]
-            self._arrays.append(((block.cells.connectivity, np.ascontiguousarray(p.gradients), np.ascontiguousarray(p.from_values), HEIGHT*r, w), scatter))
+    """Cells of one type with one form of their determinants; arrays as in `mechanics.wall`."""
+
+    points: FloatArray
+    cells: IntArray
+    connectivity: IntArray
+    gradients: FloatArray
+    form: FloatArray
+    heights: FloatArray
+    weights: FloatArray
+    scatter: npt.NDArray[np.int32]
 
     def energy(self, u: FloatArray) -> float:
-        return self._integrate(u, None)
+        """Joules at a displacement u (n, 3); infinite where J > 0 does not hold for certain."""
+        return float(wall.energy_and_forces(self.points + u, *self._arrays, False, np.empty((0, 3))))
 
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
-        return self._integrate(u, forces)
+        """Add nodal forces (N) to `forces` (n, 3) and return the energy."""
+        return float(wall.energy_and_forces(self.points + u, *self._arrays, True, forces))
 
-    def _integrate(self, u, forces):
-        target = np.empty((0, 3)) if forces is None else forces
-        x = self._points + u
-        return sum(wall.energy_and_forces(x, *arrays, forces is not None, target) for arrays, _ in self._arrays)
+    def add_tangent(self, u: FloatArray, project: bool, values: FloatArray) -> None:
+        """Add second derivatives to values in `discretisation.pattern`; with `project` positive semi-definite ones."""
+        wall.tangent(self.points + u, *self._arrays, project, self.scatter, values)
 
-    def add_tangent(self, u, project, values):
-        x = self._points + u
-        for arrays, scatter in self._arrays:
-            wall.tangent(x, *arrays, project, scatter, values)
+    @property
+    def _arrays(self) -> tuple[npt.NDArray[np.generic], ...]:
+        return self.cells, self.connectivity, self.gradients, self.form, self.heights, self.weights
+
+
+def walls(discretisation: Discretisation, materials: tuple[Yeoh, ...]) -> tuple[Wall, ...]:
+    """Walls of all cells but those in which J is constant, and those that are inverted somewhere at rest."""
+    c10 = np.array([material.c10 for material in materials])
+    found = []
+    for block, scatter in zip(discretisation.volumes, discretisation.scatter, strict=False):
+        element, connectivity = block.cells.element, block.cells.connectivity
+        if element.jacobian_is_constant:
+            continue
+        bernstein = bernstein_form(block.cells.cell_type)
+        energies = STRENGTH * c10[block.cells.layer] * block.weights.sum(axis=1)
+        determinants = bernstein.determinants(discretisation.points[connectivity])
+        for cells, form, rest in _by_depth(bernstein, determinants):
+            weights = energies[cells] / len(form)
+            shape = (discretisation.points, cells, connectivity, bernstein.gradients)
+            found.append(Wall(*shape, form, HEIGHT * rest, weights, scatter))
+    return tuple(found)
+
+
+def _by_depth(bernstein: BernsteinForm, determinants: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+    """Cells, form and coefficients at rest, at the depth at which these are positive; determinants (e, k) at rest."""
+    open_ = np.arange(len(determinants))
+    for depth in range(DEEPEST + 1):
+        form = bernstein.form_of_parts(depth)
+        rest = determinants[open_] @ form.T
+        valid = (rest > 0.0).all(axis=1)
+        if valid.any():
+            yield open_[valid], form, np.ascontiguousarray(rest[valid])
+        open_ = open_[~valid]
+        if not len(open_):
+            return

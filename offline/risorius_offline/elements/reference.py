@@ -35,6 +35,11 @@ class ReferenceElement:
     faces: tuple[tuple[int, ...], ...]
     jacobian: tuple[tuple[int, int], ...]
 
+    @property
+    def jacobian_is_constant(self) -> bool:
+        """Whether J is the same everywhere in a cell."""
+        return all(degree == 0 for _, degree in self.jacobian)
+
     @cached_property
     def reference_gradients(self) -> FloatArray:
         """(q, a, 3) derivatives of the shape functions at the quadrature points, in VTK node order."""

@@ -1,15 +1,15 @@
-"""A barrier that keeps J > 0 everywhere in a cell, not only at its quadrature points.
+"""A wall that keeps J > 0 everywhere in a cell, not only at its quadrature points.
 
-det(dx/dxi) of a deformed cell is a polynomial, positive where its Bernstein coefficients b are (Johnen, Remacle and
-Geuzaine 2013); r are those at rest. Every coefficient contributes w B(b / (r h)) to the energy with
+det(dx/dxi) of a deformed cell is positive where its Bernstein coefficients b are (Johnen, Remacle and Geuzaine 2013);
+r are those at rest. Every coefficient contributes w B(b / (r h)) to the energy, with a height h of the wall and
 
     B(s) = -(1 - s)^2 ln s  for s < 1, and 0 above
 
 (Li et al. 2020), which is twice continuously differentiable: a cell that is squeezed nowhere below h does not feel it.
 
-Arrays of one block of cells: positions x (n, 3), connectivity (e, a), gradients (k, a, 3) of the shape functions by xi
-at the k points that determine the polynomial, form (k, k) from values there to coefficients, rest (e, k) = r h in
-cubic metres, weights (e,) = w in joules.
+Arrays of one block of cells: positions x (n, 3), cells (c,) the numbers of those that have the wall, connectivity
+(e, a), gradients (k, a, 3) of the shape functions by xi at k points, form (m, k) from determinants there to
+coefficients, heights (c, m) = r h in cubic metres, weights (c,) = w in joules.
 """
 
 from __future__ import annotations
@@ -32,10 +32,9 @@ def barrier(s):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _ratios(x, nodes, gradients, form, rest, A, G, determinants, ratios):  # type: ignore[no-untyped-def]
-    """Write the cofactors G (k, 9) of dx/dxi, its determinants (k,) and b / (r h) (k,); return the smallest of these."""
-    points = len(gradients)
-    for q in range(points):
+def _ratios(x, nodes, gradients, form, heights, A, G, determinants, ratios):  # type: ignore[no-untyped-def]
+    """Write the cofactors G (k, 9) of dx/dxi, the determinants (k,) and b / (r h) (m,); return the smallest ratio."""
+    for q in range(len(gradients)):
         A[:] = 0.0
         for a in range(len(nodes)):
             for i in range(3):
@@ -43,11 +42,11 @@ def _ratios(x, nodes, gradients, form, rest, A, G, determinants, ratios):  # typ
                     A[3 * i + j] += x[nodes[a], i] * gradients[q, a, j]
         determinants[q] = cofactor(A, G[q])
     smallest = math.inf
-    for i in range(points):
+    for i in range(len(form)):
         b = 0.0
-        for q in range(points):
+        for q in range(len(gradients)):
             b += form[i, q] * determinants[q]
-        ratios[i] = b / rest[i]
+        ratios[i] = b / heights[i]
         smallest = min(smallest, ratios[i])
     return smallest
 
@@ -64,27 +63,28 @@ def _derivative(G, gradient, scale, vector):  # type: ignore[no-untyped-def]
 
 @_compiled
 def energy_and_forces(  # type: ignore[no-untyped-def]
-    x, connectivity, gradients, form, rest, weights, with_forces, forces
+    x, cells, connectivity, gradients, form, heights, weights, with_forces, forces
 ):
     """Energy (J); adds nodal forces (N) to `forces` (n, 3). Infinite where a coefficient is not positive."""
     points, nodes = gradients.shape[0], connectivity.shape[1]
-    A, G, vector = np.empty(9), np.empty((points, 9)), np.empty(3 * nodes)
-    determinants, ratios, slopes = np.empty(points), np.empty(points), np.empty(points)
+    A, G, determinants = np.empty(9), np.empty((points, 9)), np.empty(points)
+    ratios, slopes, vector = np.empty(len(form)), np.empty(points), np.empty(3 * nodes)
     total = 0.0
-    for e in range(connectivity.shape[0]):
-        smallest = _ratios(x, connectivity[e], gradients, form, rest[e], A, G, determinants, ratios)
+    for c in range(len(cells)):
+        e = cells[c]
+        smallest = _ratios(x, connectivity[e], gradients, form, heights[c], A, G, determinants, ratios)
         if smallest >= 1.0:
             continue
         if smallest <= 0.0:
             total = math.inf
             continue
         slopes[:] = 0.0
-        for i in range(points):
+        for i in range(len(form)):
             if ratios[i] < 1.0:
                 energy, slope, _ = barrier(ratios[i])
-                total += weights[e] * energy
+                total += weights[c] * energy
                 for q in range(points):
-                    slopes[q] += weights[e] * slope / rest[e, i] * form[i, q]
+                    slopes[q] += weights[c] * slope / heights[c, i] * form[i, q]
         if not with_forces:
             continue
         for q in range(points):
@@ -96,46 +96,56 @@ def energy_and_forces(  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _scatter(K, T, positions, values):  # type: ignore[no-untyped-def]
+    """Add K minus T with the components of its two nodes exchanged to the stored entries of a matrix."""
+    nodes = K.shape[0] // 3
+    for a in range(nodes):
+        for i in range(3):
+            for b in range(nodes):
+                for j in range(3):
+                    position = positions[3 * a + i, 3 * b + j]
+                    if position >= 0:
+                        values[position] += K[3 * a + i, 3 * b + j] - T[3 * a + j, 3 * b + i]
+
+
+@_compiled
 def tangent(  # type: ignore[no-untyped-def]
-    x, connectivity, gradients, form, rest, weights, project, scatter, values
+    x, cells, connectivity, gradients, form, heights, weights, project, scatter, values
 ):
     """Add second derivatives (N/m) to `values`, the entries of a sparse matrix, where all coefficients are positive.
 
     scatter (e, 3 a, 3 a): position in `values` of every entry, -1 for entries that are not stored. `project` leaves out
-    the derivatives of the derivatives of b, without which they are positive semi-definite.
+    the second derivatives of b: what is left is positive semi-definite. With the determinant D of a point and its
+    derivatives g_a by the position of node a, these are the sum over points of a number times
+
+        d2D / dx_a dx_b = (g_a g_b^T - g_b g_a^T) / D
     """
     points, nodes = gradients.shape[0], connectivity.shape[1]
-    A, G = np.empty(9), np.empty((points, 9))
-    determinants, ratios, slopes = np.empty(points), np.empty(points), np.empty(points)
-    vectors, scaled = np.empty((points, 3 * nodes)), np.empty((points, 3 * nodes))
-    K, T = np.empty((3 * nodes, 3 * nodes)), np.zeros((3 * nodes, 3 * nodes))
-    for e in range(connectivity.shape[0]):
-        if _ratios(x, connectivity[e], gradients, form, rest[e], A, G, determinants, ratios) >= 1.0:
+    A, G, determinants = np.empty(9), np.empty((points, 9)), np.empty(points)
+    ratios, slopes, curvatures = np.empty(len(form)), np.empty(points), np.empty((points, points))
+    vectors, scaled = np.empty((points, 3 * nodes)), np.zeros((points, 3 * nodes))
+    K, T = np.empty((3 * nodes, 3 * nodes)), np.empty((3 * nodes, 3 * nodes))
+    for c in range(len(cells)):
+        e = cells[c]
+        if _ratios(x, connectivity[e], gradients, form, heights[c], A, G, determinants, ratios) >= 1.0:
             continue
         for q in range(points):
             _derivative(G[q], gradients[q], 1.0, vectors[q])
         slopes[:] = 0.0
-        outer = np.zeros((points, points))
-        for i in range(points):
+        curvatures[:] = 0.0
+        for i in range(len(form)):
             if ratios[i] < 1.0:
                 _, slope, curvature = barrier(ratios[i])
                 for q in range(points):
-                    slopes[q] += weights[e] * slope / rest[e, i] * form[i, q]
+                    slopes[q] += weights[c] * slope / heights[c, i] * form[i, q]
                     for p in range(points):
-                        outer[q, p] += weights[e] * curvature / rest[e, i] ** 2 * form[i, q] * form[i, p]
-        if not project:
-            for q in range(points):
-                turn = slopes[q] / determinants[q]
-                outer[q, q] += turn
-                for r in range(3 * nodes):
-                    scaled[q, r] = turn * vectors[q, r]
-            np.dot(vectors.T, scaled, T)
-        np.dot(outer, vectors, scaled)
+                        curvatures[q, p] += weights[c] * curvature / heights[c, i] ** 2 * form[i, q] * form[i, p]
+        for q in range(points):
+            turn = 0.0 if project else slopes[q] / determinants[q]
+            curvatures[q, q] += turn
+            for r in range(3 * nodes):
+                scaled[q, r] = turn * vectors[q, r]
+        np.dot(vectors.T, scaled, T)
+        np.dot(curvatures, vectors, scaled)
         np.dot(vectors.T, scaled, K)
-        for a in range(nodes):
-            for i in range(3):
-                for b in range(nodes):
-                    for j in range(3):
-                        position = scatter[e, 3 * a + i, 3 * b + j]
-                        if position >= 0:
-                            values[position] += K[3 * a + i, 3 * b + j] - T[3 * a + j, 3 * b + i]
+        _scatter(K, T, scatter[e], values)
