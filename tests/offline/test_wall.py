@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from risorius.mechanics.material import Yeoh
-from risorius_offline.discretisation import CellBlock, Discretisation
+from risorius_offline.bernstein import bernstein_form
+from risorius_offline.discretisation import Discretisation
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.jacobian_bounds import jacobian_bounds
@@ -85,10 +86,10 @@ def test_jacobians_are_positive_everywhere_where_the_energy_is_finite(cell_type)
     rng = np.random.default_rng(5)
     admissible = []
     for _ in range(100):
-        u = rng.normal(scale=rng.uniform(2e-4, 2e-3), size=discretisation.points.shape)
+        u = rng.normal(scale=rng.uniform(2e-4, 6e-3), size=discretisation.points.shape)
         admissible.append(np.isfinite(wall.energy(u)))
         assert not admissible[-1] or jacobian_bounds(discretisation, u).positive
-    assert 10 < sum(admissible) < 90
+    assert 5 < sum(admissible) < 95
 
 
 def test_a_corner_that_no_quadrature_point_sees_inverted_has_infinite_energy():
@@ -102,16 +103,18 @@ def test_a_corner_that_no_quadrature_point_sees_inverted_has_infinite_energy():
 
 
 def test_a_cell_with_negative_coefficients_but_a_positive_determinant_at_rest_is_divided():
-    points, cells = box("tetra10", (1, 1, 1), (0.02,) * 3)
-    bent = points.copy()
-    bent[cells.connectivity[0, 4]] += 0.9 * 0.25 * (points[cells.connectivity[0, 0]] - points[cells.connectivity[0, 1]])
-    block = CellBlock("tetra10", cells.connectivity[:1], cells.layer[:1])
-    discretisation = Discretisation(bent, [block])
+    points, cells = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))
+    rng, bernstein = np.random.default_rng(0), bernstein_form("hexahedron")
+    while True:
+        discretisation = Discretisation(points, [cells])
+        if jacobian_bounds(discretisation, np.zeros_like(points)).positive:
+            if bernstein.coefficients(points[cells.connectivity]).min() < 0.0:
+                break
+        points = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))[0] + rng.uniform(-0.4, 0.4, size=points.shape)
     (wall,) = walls(discretisation, (TISSUE,))
-    assert jacobian_bounds(discretisation, np.zeros_like(bent)).positive
-    assert len(wall.form) > len(wall.gradients)
+    assert len(wall.form) > len(bernstein.form)
     assert (wall.heights > 0.0).all()
-    assert wall.energy(np.zeros_like(bent)) == 0.0
+    assert wall.energy(np.zeros_like(points)) == 0.0
 
 
 def test_linear_tetrahedra_need_no_wall():
