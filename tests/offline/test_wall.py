@@ -105,13 +105,11 @@ def test_a_corner_that_no_quadrature_point_sees_inverted_has_infinite_energy():
 def test_a_cell_with_negative_coefficients_but_a_positive_determinant_at_rest_is_divided():
     points, cells = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))
     rng, bernstein = np.random.default_rng(0), bernstein_form("hexahedron")
-    while True:
-        discretisation = Discretisation(points, [cells])
-        if jacobian_bounds(discretisation, np.zeros_like(points)).positive:
-            if bernstein.coefficients(points[cells.connectivity]).min() < 0.0:
-                break
-        points = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))[0] + rng.uniform(-0.4, 0.4, size=points.shape)
-    (wall,) = walls(discretisation, (TISSUE,))
+    moved, coefficients = Discretisation(points, [cells]), np.ones(1)
+    while not (coefficients.min() < 0.0 and jacobian_bounds(moved, np.zeros_like(points)).positive):
+        moved = Discretisation(points + rng.uniform(-0.4, 0.4, size=points.shape), [cells])
+        coefficients = bernstein.coefficients(moved.points[cells.connectivity])
+    (wall,) = walls(moved, (TISSUE,))
     assert len(wall.form) > len(bernstein.form)
     assert (wall.heights > 0.0).all()
     assert wall.energy(np.zeros_like(points)) == 0.0
