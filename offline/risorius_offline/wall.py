@@ -61,11 +61,12 @@ def walls(discretisation: Discretisation, materials: tuple[Yeoh, ...]) -> tuple[
         if element.jacobian_is_constant:
             continue
         bernstein = bernstein_form(block.cells.cell_type)
+        gradients = np.ascontiguousarray(np.moveaxis(bernstein.gradients, 0, 2))
         energies = STRENGTH * c10[block.cells.layer] * block.weights.sum(axis=1)
         determinants = bernstein.determinants(discretisation.points[connectivity])
         for cells, form, rest in _by_depth(bernstein, determinants):
             weights = energies[cells] / len(form)
-            shape = (discretisation.points, cells, connectivity, bernstein.gradients)
+            shape = (discretisation.points, cells, connectivity, gradients)
             found.append(Wall(*shape, form, HEIGHT * rest, weights, scatter))
     return tuple(found)
 

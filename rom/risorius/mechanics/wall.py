@@ -8,7 +8,7 @@ r are those at rest. Every coefficient contributes w B(b / (r h)) to the energy,
 (Li et al. 2020), which is twice continuously differentiable: a cell that is squeezed nowhere below h does not feel it.
 
 Arrays of one block of cells: positions x (n, 3), cells (c,) the numbers of those that have the wall, connectivity
-(e, a), gradients (k, a, 3) of the shape functions by xi at k points, form (m, k) from determinants there to
+(e, a), gradients (a, 3, k) of the shape functions by xi at k points, form (m, k) from determinants there to
 coefficients, heights (c, m) = r h in cubic metres, weights (c,) = w in joules.
 """
 
@@ -19,7 +19,7 @@ import math
 import numba
 import numpy as np
 
-from risorius.mechanics.point import cofactor, inlined
+from risorius.mechanics.point import inlined
 
 _compiled = numba.njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp", "reassoc"})
 
@@ -33,18 +33,30 @@ def barrier(s):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _ratios(x, nodes, gradients, form, heights, A, G, determinants, ratios):  # type: ignore[no-untyped-def]
-    """Write the cofactors G (k, 9) of dx/dxi, the determinants (k,) and b / (r h) (m,); return the smallest ratio."""
-    for q in range(len(gradients)):
-        A[:] = 0.0
-        for a in range(len(nodes)):
-            for i in range(3):
-                for j in range(3):
-                    A[3 * i + j] += x[nodes[a], i] * gradients[q, a, j]
-        determinants[q] = cofactor(A, G[q])
+    """Write dx/dxi and cofactors into A, G (9, k), determinants (k,) and b / (r h) (m,); return the smallest ratio.
+
+    Inner loops are along the points, which compilers make vector instructions of.
+    """
+    points = len(determinants)
+    A[:] = 0.0
+    for a in range(len(nodes)):
+        for i in range(3):
+            position = x[nodes[a], i]
+            for j in range(3):
+                for q in range(points):
+                    A[3 * i + j, q] += position * gradients[a, j, q]
+    for i in range(3):
+        k, m = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            p, n = (j + 1) % 3, (j + 2) % 3
+            for q in range(points):
+                G[3 * i + j, q] = A[3 * k + p, q] * A[3 * m + n, q] - A[3 * k + n, q] * A[3 * m + p, q]
+    for q in range(points):
+        determinants[q] = A[0, q] * G[0, q] + A[1, q] * G[1, q] + A[2, q] * G[2, q]
     smallest = math.inf
     for i in range(len(form)):
         b = 0.0
-        for q in range(len(gradients)):
+        for q in range(points):
             b += form[i, q] * determinants[q]
         ratios[i] = b / heights[i]
         smallest = min(smallest, ratios[i])
@@ -52,23 +64,13 @@ def _ratios(x, nodes, gradients, form, heights, A, G, determinants, ratios):  # 
 
 
 @_compiled
-def _derivative(G, gradient, scale, vector):  # type: ignore[no-untyped-def]
-    """Write scale times the derivative of a determinant by the positions of the nodes into vector (3 a,)."""
-    for a in range(len(gradient)):
-        for i in range(3):
-            vector[3 * a + i] = scale * (
-                G[3 * i] * gradient[a, 0] + G[3 * i + 1] * gradient[a, 1] + G[3 * i + 2] * gradient[a, 2]
-            )
-
-
-@_compiled
 def energy_and_forces(  # type: ignore[no-untyped-def]
     x, cells, connectivity, gradients, form, heights, weights, with_forces, forces
 ):
     """Energy (J); adds nodal forces (N) to `forces` (n, 3). Infinite where a coefficient is not positive."""
-    points, nodes = gradients.shape[0], connectivity.shape[1]
-    A, G, determinants = np.empty(9), np.empty((points, 9)), np.empty(points)
-    ratios, slopes, vector = np.empty(len(form)), np.empty(points), np.empty(3 * nodes)
+    points = gradients.shape[2]
+    A, G, determinants = np.empty((9, points)), np.empty((9, points)), np.empty(points)
+    ratios, slopes = np.empty(len(form)), np.empty(points)
     total = 0.0
     for c in range(len(cells)):
         e = cells[c]
@@ -87,11 +89,13 @@ def energy_and_forces(  # type: ignore[no-untyped-def]
                     slopes[q] += weights[c] * slope / heights[c, i] * form[i, q]
         if not with_forces:
             continue
-        for q in range(points):
-            _derivative(G[q], gradients[q], slopes[q], vector)
-            for a in range(nodes):
-                for i in range(3):
-                    forces[connectivity[e, a], i] += vector[3 * a + i]
+        for a in range(connectivity.shape[1]):
+            for i in range(3):
+                force = 0.0
+                for j in range(3):
+                    for q in range(points):
+                        force += slopes[q] * G[3 * i + j, q] * gradients[a, j, q]
+                forces[connectivity[e, a], i] += force
     return total
 
 
@@ -120,8 +124,8 @@ def tangent(  # type: ignore[no-untyped-def]
 
         d2D / dx_a dx_b = (g_a g_b^T - g_b g_a^T) / D
     """
-    points, nodes = gradients.shape[0], connectivity.shape[1]
-    A, G, determinants = np.empty(9), np.empty((points, 9)), np.empty(points)
+    points, nodes = gradients.shape[2], connectivity.shape[1]
+    A, G, determinants = np.empty((9, points)), np.empty((9, points)), np.empty(points)
     ratios, slopes, curvatures = np.empty(len(form)), np.empty(points), np.empty((points, points))
     vectors, scaled = np.empty((points, 3 * nodes)), np.zeros((points, 3 * nodes))
     K, T = np.empty((3 * nodes, 3 * nodes)), np.empty((3 * nodes, 3 * nodes))
@@ -130,7 +134,13 @@ def tangent(  # type: ignore[no-untyped-def]
         if _ratios(x, connectivity[e], gradients, form, heights[c], A, G, determinants, ratios) >= 1.0:
             continue
         for q in range(points):
-            _derivative(G[q], gradients[q], 1.0, vectors[q])
+            for a in range(nodes):
+                for i in range(3):
+                    vectors[q, 3 * a + i] = (
+                        G[3 * i, q] * gradients[a, 0, q]
+                        + G[3 * i + 1, q] * gradients[a, 1, q]
+                        + G[3 * i + 2, q] * gradients[a, 2, q]
+                    )
         slopes[:] = 0.0
         curvatures[:] = 0.0
         for i in range(len(form)):
