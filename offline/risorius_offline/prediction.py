@@ -12,32 +12,48 @@ from risorius_offline.newton import SolverReport, factorise
 DIFFERENCE = 1e-8
 
 
-def predicted(
-    model: FullModel, u: FloatArray, before: FloatArray, after: FloatArray, report: SolverReport
-) -> FloatArray:
-    """Displacement (n, 3) after a step from an equilibrium u (n, 3), the bones where parameters `after` have them.
+class Predictor:
+    """Predicts displacements beside an equilibrium u (n, 3) at parameters (p,).
 
-    Tissue follows as linear elasticity at rest would have it. Where that inverts cells it follows the tangent at u,
-    for a factorisation more. If that inverts cells too, the step is too long. At the end parameters `after` act.
+    Tissue follows the bones as linear elasticity at rest would have it. Where that inverts cells it follows the tangent
+    at u, for one factorisation, which is kept: nothing else may be factorised while a predictor is in use.
     """
-    following = model.follow_bones(u, before, after)
-    model.set_parameters(after)
-    if np.isfinite(model.energy(following)):
-        return following
-    model.set_parameters(before)
-    if factorise(model, u, 0, report) is not None:
-        following = _along_the_tangent(model, u, following)
-    model.set_parameters(after)
-    return following
 
+    def __init__(self, model: FullModel, u: FloatArray, parameters: FloatArray, report: SolverReport) -> None:
+        self._model, self._u, self._parameters, self._report = model, u, parameters, report
+        self._level: int | None = None
+        self._factorised = False
 
-def _along_the_tangent(model: FullModel, u: FloatArray, following: FloatArray) -> FloatArray:
-    """Prescribed components as in `following`, free ones so that forces stay as they are at u to first order."""
-    direction = following - u
-    step = DIFFERENCE / float(np.abs(direction).max())
-    ahead, behind = (model.forces(u + sign * step * direction)[2] for sign in (1.0, -1.0))
-    change = ((ahead - behind) / (2.0 * step)).reshape(-1)
-    direction.reshape(-1)[model.free] -= model.solve(change[model.free])
-    result = u + model.largest_step(u, direction) * direction
-    result.reshape(-1)[model.prescribed] = following.reshape(-1)[model.prescribed]
-    return result
+    def predict(self, after: FloatArray) -> FloatArray | None:
+        """Displacement (n, 3) with the bones where parameters `after` (p,) have them, which act from now on.
+
+        None where cells would be inverted.
+        """
+        model = self._model
+        model.set_parameters(self._parameters)
+        following = model.follow_bones(self._u, self._parameters, after)
+        if self._admissible(following, after):
+            return following
+        model.set_parameters(self._parameters)
+        if not self._factorised:
+            self._level, self._factorised = factorise(model, self._u, 0, self._report), True
+        if self._level is None:
+            return None
+        following = self._along_the_tangent(following)
+        return following if self._admissible(following, after) else None
+
+    def _admissible(self, u: FloatArray, parameters: FloatArray) -> bool:
+        self._model.set_parameters(parameters)
+        return bool(np.isfinite(self._model.energy(u)))
+
+    def _along_the_tangent(self, following: FloatArray) -> FloatArray:
+        """Prescribed components as in `following`, free ones so that forces stay as they are to first order."""
+        model, u = self._model, self._u
+        direction = following - u
+        step = DIFFERENCE / max(float(np.abs(direction).max()), np.finfo(float).tiny)
+        ahead, behind = (model.forces(u + sign * step * direction)[2] for sign in (1.0, -1.0))
+        change = ((ahead - behind) / (2.0 * step)).reshape(-1)
+        direction.reshape(-1)[model.free] -= model.solve(change[model.free])
+        result = u + model.largest_step(u, direction) * direction
+        result.reshape(-1)[model.prescribed] = following.reshape(-1)[model.prescribed]
+        return result
