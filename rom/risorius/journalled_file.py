@@ -27,7 +27,7 @@ _RECORD = struct.Struct("<QQI")  # size of the file after the commit, bytes that
 _CHANGE = struct.Struct("<QI")  # offset, length
 
 
-class _View:
+class View:
     """Bytes of an open file with committed pages laid over it; what h5py needs of a file object."""
 
     def __init__(self, descriptor: int) -> None:
@@ -85,7 +85,7 @@ class _View:
         return position
 
 
-class FileReader(_View):
+class FileReader(View):
     """A journalled file as the last commit left it, until closed; meanwhile the writer is not held up.
 
     Raises OSError when the file cannot be opened, Error when a writer does not let go of it.
@@ -106,7 +106,7 @@ class FileReader(_View):
         os.close(self._descriptor)
 
 
-class FileWriter(_View):
+class FileWriter(View):
     """The one writer of a journalled file; nothing it writes is there before `commit`.
 
     Raises InputError when another process is writing the file.
@@ -123,6 +123,7 @@ class FileWriter(_View):
         self._tail = bytearray()  # what was written since the last commit: beyond the end of the file,
         self._changed: dict[int, bytearray] = {}  # and pages before it
         self._journal_size = self._lay_over(journal_of(path))
+        os.ftruncate(self._journal, self._journal_size)  # what follows the last whole commit is not to be read again
         self._put_in_place()
 
     def write(self, data: memoryview) -> int:
