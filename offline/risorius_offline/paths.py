@@ -27,12 +27,16 @@ PATHS_PER_WORKER = 2  # one in work, one ready
 
 @dataclass(frozen=True)
 class Status:
-    """Numbers of samples solved, given up and in all, and of workers."""
+    """Numbers of samples solved, given up and in all, and of workers.
+
+    error: of the reduced model so far, metres, on held-out snapshots; None unless it is looked for.
+    """
 
     solved: int
     failed: int
     total: int
     workers: int
+    error: float | None = None
 
 
 def solve_waiting(store: SnapshotStore, client: Client, model: str, report: Callable[[Status], None]) -> None:

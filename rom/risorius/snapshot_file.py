@@ -100,6 +100,7 @@ class SnapshotSet(Face):
         path = Path(path)
         with reading(path) as file:
             group, samples = file["face"], file["samples"]
+            storage.require_checksum(group, path)
             solved = np.flatnonzero(samples["state"][()] == SOLVED)
             failed = np.flatnonzero(samples["state"][()] == FAILED)
             return cls(
@@ -166,11 +167,5 @@ def reading(path: Path) -> Iterator[h5py.File]:
     """
     storage.require_file(path)
     with closing(FileReader(path)) as view, storage.opened(path, view, "r") as file:
-        require_snapshots(file, path)
+        storage.require_header(file, path, SCHEMA, SCHEMA_VERSION)
         yield file
-
-
-def require_snapshots(file: h5py.File, path: Path) -> None:
-    """Raise FileFormatError unless an open HDF5 file is a snapshot file of this release."""
-    storage.require_header(file, path, SCHEMA, SCHEMA_VERSION)
-    storage.require_checksum(file["face"], path)

@@ -183,7 +183,7 @@ def opened(path: Path) -> Iterator[SnapshotStore]:
     Raises InputError when another run is writing it, FileFormatError when it is not a whole file of this release;
     such a file is left as it is.
     """
-    with reading(path):  # a foreign file is not even given a journal
-        pass
+    with reading(path) as file:  # a foreign file is not even given a journal
+        storage.require_checksum(file["face"], path)
     with closing(FileWriter(path)) as view, h5py.File(view, "r+") as file:
         yield SnapshotStore(path, view, file)
