@@ -36,8 +36,11 @@ class Goal:
     seed: int
 
 
-def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[Status], None], goal: Goal) -> None:
-    """Add samples in rounds and solve them, until the goal is reached; what waits in the store is solved first."""
+def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[Status], None], goal: Goal) -> float:
+    """Add samples in rounds and solve them, until the goal is reached; what waits in the store is solved first.
+
+    Returns the error that was reached. Raises what `solve_waiting` and training do.
+    """
     total = goal.count + int(store.held_out.sum())
     error: float | None = None
 
@@ -52,7 +55,7 @@ def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[S
         present = int((~store.held_out).sum())
         missing = goal.count - present
         if missing <= 0 or error <= goal.error:
-            return
+            return error
         candidates = _candidates(store, snapshots.inputs, goal)
         wanted = min(missing, max(SMALLEST_ROUND, round(SHARE_OF_PRESENT * present)))
         store.add(_round(store, candidates[_worst(disagreement(snapshots, modal, candidates), candidates, wanted)]))

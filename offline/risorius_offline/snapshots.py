@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.full_model import FullModel
 from risorius_offline.paths import Status, solve_waiting
 
+NO_EFFECTS = EffectChoice()
 PACKAGES = ("risorius", "numpy", "scipy", "numba", "h5py", "pypardiso", "distributed")
 
 
@@ -30,7 +31,7 @@ class FullModelChoice:
     """Which equilibria: of an anatomy with these effects; derivatives: whether to keep those of each, too."""
 
     anatomy: Anatomy
-    effects: EffectChoice = EffectChoice()
+    effects: EffectChoice = NO_EFFECTS
     derivatives: bool = True
 
     def settings(self) -> dict[str, Any]:
@@ -51,43 +52,49 @@ class FullModelChoice:
         )
 
 
-def solve_design(
-    choice: FullModelChoice,
-    plan: Samples,
-    output: Path,
-    client: Client,
-    report: Callable[[Status], None],
-    asked: Mapping[str, Any] | None = None,
-) -> None:
-    """Solve all samples of a plan that `output` does not hold yet.
+@dataclass(frozen=True)
+class Run:
+    """Snapshots to solve into a file.
 
-    asked: further settings that a file and a run that goes on with it share, such as the seed of the design.
-    A sample without an equilibrium is recorded with its reason; it never stops the run. Raises InputError when `output`
-    holds snapshots of something else, SolverError when no sample at all was solved.
+    shared: settings that a file and a run that goes on with it have in common, beside the full model. wanted: others,
+    which the file remembers for a run that is to go on as it was asked for.
     """
-    with run(choice, output, asked or {}) as store, model_on_workers(client, choice) as model:
+
+    choice: FullModelChoice
+    output: Path
+    shared: Mapping[str, Any] = field(default_factory=dict)
+    wanted: Mapping[str, Any] = field(default_factory=dict)
+
+
+def solve_design(run: Run, plan: Samples, client: Client, report: Callable[[Status], None]) -> None:
+    """Solve all samples of a plan that the file of a run does not hold yet.
+
+    A sample without an equilibrium is recorded with its reason; it never stops the run. Raises InputError when the file
+    holds snapshots of something else, SolverError when no sample at all was solved or the scheduler was lost.
+    """
+    with opened_for(run) as store, model_on_workers(client, run.choice) as model:
         store.add(missing(store, plan))
         solve_waiting(store, client, model, report)
         require_some(store)
 
 
 @contextmanager
-def run(choice: FullModelChoice, output: Path, asked: Mapping[str, Any]) -> Iterator[SnapshotStore]:
+def opened_for(run: Run) -> Iterator[SnapshotStore]:
     """Open the snapshot file of a run, made when there is none; raises InputError when it is one of another run."""
-    require_folder_of(output)
-    settings, provenance = {**choice.settings(), **asked}, _provenance(choice)
-    if not output.exists():
-        create(output, choice.face(), settings, provenance, derivatives=choice.derivatives)
-    with opened(output) as store:
+    require_folder_of(run.output)
+    settings, provenance = {**run.choice.settings(), **run.shared}, _provenance(run.choice)
+    if not run.output.exists():
+        create(run.output, run.choice.face(), settings, provenance, derivatives=run.choice.derivatives)
+    with opened(run.output) as store:
         for name, value in settings.items():
             if store.settings.get(name) != value:
                 raise InputError(
-                    f"{output}: holds snapshots with {name} = {store.settings.get(name)}, asked for is {value}; "
+                    f"{run.output}: holds snapshots with {name} = {store.settings.get(name)}, asked for is {value}; "
                     "choose another output, or remove the file"
                 )
-        others = [*store.provenance["versions"], *provenance["versions"]]
-        distinct = [versions for number, versions in enumerate(others) if versions not in others[:number]]
-        store.remember(store.settings, {**store.provenance, "versions": distinct})
+        versions = store.provenance["versions"]
+        new = [entry for entry in provenance["versions"] if entry not in versions]
+        store.remember({**store.settings, **run.wanted}, {**store.provenance, "versions": versions + new})
         yield store
 
 

@@ -159,6 +159,12 @@ class StoredRows:
         return result.reshape(*wanted.shape, *self.each)
 
 
+def stored_settings(path: Path) -> Mapping[str, Any]:
+    """Return what a run that goes on with a snapshot file has to know. Raises InputError, FileFormatError."""
+    with reading(path) as file:
+        return dict(json.loads(file.attrs["settings"]))
+
+
 @contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
     """Open a snapshot file for reading, as its last commit left it.

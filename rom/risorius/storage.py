@@ -7,13 +7,15 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
 from risorius.errors import Error, FileFormatError, InputError
-from risorius.journalled_file import View
+
+if TYPE_CHECKING:
+    from risorius.journalled_file import View
 
 UNITS = "SI"
 TEXT = h5py.string_dtype()

@@ -10,7 +10,14 @@ from risorius_offline.sampling.combinations import KINDS, points
 
 MUSCLES = tuple(
     f"{name}_{side}"
-    for name in ("zygomaticus_major", "depressor_anguli_oris", "mentalis", "risorius", "buccinator", "frontalis_medialis")
+    for name in (
+        "zygomaticus_major",
+        "depressor_anguli_oris",
+        "mentalis",
+        "risorius",
+        "buccinator",
+        "frontalis_medialis",
+    )
     for side in "LR"
 )
 TABLE = InputTable(MUSCLES, JawMotion.inputs + LidMotion.inputs)
@@ -107,7 +114,9 @@ def test_weights_fill_their_range_more_evenly_than_random_ones():
     """Of 256 points of a Sobol sequence each of 256 equal intervals holds one, in every coordinate (Owen 1998)."""
     actions = Actions.of(TABLE)
     weights = np.array([point.muscles[1] for point in points(actions, 256, (7,))])
-    np.testing.assert_array_equal(np.sort((256 * weights).astype(int), axis=0), np.arange(256)[:, None] + 0 * weights.astype(int)[:1])
+    np.testing.assert_array_equal(
+        np.sort((256 * weights).astype(int), axis=0), np.arange(256)[:, None] + 0 * weights.astype(int)[:1]
+    )
 
 
 def test_samples_of_a_path_follow_one_another():

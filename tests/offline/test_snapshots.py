@@ -10,7 +10,7 @@ from risorius_offline.cluster import local_cluster
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.sensitivities import sensitivities
-from risorius_offline.snapshots import FullModelChoice, solve_design
+from risorius_offline.snapshots import FullModelChoice, Run, solve_design
 from tests.offline.hard_models import dragging, piston
 from tests.offline.models import muscle_block
 
@@ -46,9 +46,9 @@ def interrupt_after(count):
 
 def test_snapshots_are_the_equilibria_and_do_not_depend_on_the_workers(anatomy, two_workers, tmp_path):
     plan, choice = levels(1.0, 0.2, 0.4, 0.6, 0.8, 0.9), FullModelChoice(anatomy)
-    solve_design(choice, plan, tmp_path / "two.h5", two_workers, quiet)
+    solve_design(Run(choice, tmp_path / "two.h5"), plan, two_workers, quiet)
     with local_cluster(1) as client:
-        solve_design(choice, plan, tmp_path / "one.h5", client, quiet)
+        solve_design(Run(choice, tmp_path / "one.h5"), plan, client, quiet)
     one, two = SnapshotSet.load(tmp_path / "one.h5"), SnapshotSet.load(tmp_path / "two.h5")
     np.testing.assert_allclose(one.displacements[:], two.displacements[:], rtol=0, atol=1e-9)  # a nanometre
     model = FullModel(anatomy)
@@ -64,11 +64,11 @@ def test_an_interrupted_run_goes_on_where_it_was(anatomy, two_workers, tmp_path)
     plan, choice = levels(*np.linspace(1.0, 0.1, 11)), FullModelChoice(anatomy)
     for count in (3, 6):
         with pytest.raises(KeyboardInterrupt):
-            solve_design(choice, plan, tmp_path / "s.h5", two_workers, interrupt_after(count))
+            solve_design(Run(choice, tmp_path / "s.h5"), plan, two_workers, interrupt_after(count))
         kept = SnapshotSet.load(tmp_path / "s.h5")
         assert count <= len(kept.parameters) < 11
-    solve_design(choice, plan, tmp_path / "s.h5", two_workers, quiet)
-    solve_design(choice, plan, tmp_path / "fresh.h5", two_workers, quiet)
+    solve_design(Run(choice, tmp_path / "s.h5"), plan, two_workers, quiet)
+    solve_design(Run(choice, tmp_path / "fresh.h5"), plan, two_workers, quiet)
     resumed, fresh = SnapshotSet.load(tmp_path / "s.h5"), SnapshotSet.load(tmp_path / "fresh.h5")
     assert len(resumed.parameters) == 11
     np.testing.assert_allclose(resumed.displacements[:], fresh.displacements[:], rtol=0, atol=1e-9)  # a nanometre
@@ -77,22 +77,17 @@ def test_an_interrupted_run_goes_on_where_it_was(anatomy, two_workers, tmp_path)
 
 
 def test_a_file_of_another_anatomy_is_refused_and_left_alone(anatomy, two_workers, tmp_path):
-    solve_design(FullModelChoice(anatomy), levels(1.0, 0.5), tmp_path / "s.h5", two_workers, quiet)
+    solve_design(Run(FullModelChoice(anatomy), tmp_path / "s.h5"), levels(1.0, 0.5), two_workers, quiet)
     before = (tmp_path / "s.h5").read_bytes()
     other = muscle_block("hexahedron", Yeoh(2600.0, 1175.0, 250e3))
     with pytest.raises(InputError, match=r"holds snapshots with anatomy = .*; choose another output"):
-        solve_design(FullModelChoice(other), levels(1.0, 0.5), tmp_path / "s.h5", two_workers, quiet)
+        solve_design(Run(FullModelChoice(other), tmp_path / "s.h5"), levels(1.0, 0.5), two_workers, quiet)
     assert (tmp_path / "s.h5").read_bytes() == before
 
 
 def test_every_point_of_every_snapshot_keeps_its_orientation(two_workers, tmp_path):
-    solve_design(
-        FullModelChoice(nested_cylinders(), derivatives=False),
-        levels(1.0, 0.5, 0.75),
-        tmp_path / "s.h5",
-        two_workers,
-        quiet,
-    )
+    choice = FullModelChoice(nested_cylinders(), derivatives=False)
+    solve_design(Run(choice, tmp_path / "s.h5"), levels(1.0, 0.5, 0.75), two_workers, quiet)
     snapshots, model = SnapshotSet.load(tmp_path / "s.h5"), FullModel(nested_cylinders())
     assert snapshots.derivatives is None
     for u, smallest in zip(snapshots.displacements[:], snapshots.smallest_jacobians, strict=True):
@@ -105,10 +100,10 @@ def test_a_run_in_which_nothing_can_be_solved_says_so(two_workers, tmp_path):
     impossible = Samples(np.array([[0.0, 10.0, 0.0]]), ["level"], np.array([False]), np.array([0]))
     choice = FullModelChoice(piston("hexahedron", dragging(along=-0.004)))
     with pytest.raises(SolverError, match=r"none of the 1 snapshots could be solved; the first: .*no equilibrium"):
-        solve_design(choice, impossible, tmp_path / "s.h5", two_workers, quiet)
+        solve_design(Run(choice, tmp_path / "s.h5"), impossible, two_workers, quiet)
 
 
 def test_a_missing_output_folder_is_named_before_anything_is_solved(anatomy, two_workers, tmp_path):
     with pytest.raises(InputError, match=r"the folder .*nowhere does not exist; create it"):
-        solve_design(FullModelChoice(anatomy), levels(1.0), tmp_path / "nowhere" / "s.h5", two_workers, quiet)
+        solve_design(Run(FullModelChoice(anatomy), tmp_path / "nowhere" / "s.h5"), levels(1.0), two_workers, quiet)
     assert not list(tmp_path.iterdir())

@@ -10,14 +10,18 @@ import typer
 from risorius.commands.reduce import DEFAULT_RANK, describe
 from risorius_offline.commands.effects import Contact, ForceLength, Prestress
 from risorius_offline.commands.installed import require_offline
-from risorius_offline.commands.snapshots import (
+from risorius_offline.commands.run_options import (
     DEFAULT_COUNT,
     DEFAULT_HELD_OUT,
+    Adaptive,
     Count,
+    Derivatives,
     HeldOut,
+    RunOptions,
+    Scheduler,
     Seed,
+    TargetError,
     Workers,
-    solve,
 )
 
 
@@ -27,19 +31,23 @@ def train(
     count: Count = DEFAULT_COUNT,
     held_out: HeldOut = DEFAULT_HELD_OUT,
     rank: Annotated[int, typer.Option(min=1, help="Largest number of POD modes.")] = DEFAULT_RANK,
-    workers: Workers = 0,
     seed: Seed = 0,
+    adaptive: Adaptive = False,
+    target_error: TargetError = 0.0,
+    derivatives: Derivatives = True,
     contact: Contact = False,
     prestress: Prestress = 0.0,
     force_length: ForceLength = False,
+    workers: Workers = 0,
+    scheduler: Scheduler = None,
 ) -> None:
     """Solve snapshots and train a reduced model. The snapshots are kept beside the model, as MODEL.snapshots.h5."""
     require_offline("training")
     from risorius.training import reduce_snapshots
-    from risorius_offline.effect_choice import EffectChoice
+    from risorius_offline.commands.solving import solve
 
-    effects = EffectChoice(contact=contact, prestress=prestress, force_length=force_length)
-    kept = output.with_suffix(".snapshots.h5")
-    model = reduce_snapshots(solve(source, kept, count, held_out, workers, seed, effects), rank)
+    options = RunOptions(count, held_out, seed, adaptive, target_error, derivatives, contact, prestress, force_length)
+    snapshots = solve(source, output.with_suffix(".snapshots.h5"), options, workers, scheduler, json_lines=False)
+    model = reduce_snapshots(snapshots, rank)
     model.save(output)
     typer.echo(describe(model, output))
