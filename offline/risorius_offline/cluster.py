@@ -24,6 +24,7 @@ SETTINGS = {
     "distributed.scheduler.http.routes": [],  # no dashboard
     "distributed.worker.http.routes": [],
     "distributed.nanny.pre-spawn-environ": ONE_THREAD,  # workers already fill the cores
+    "distributed.worker.preload": ["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is for us
     "distributed.scheduler.allowed-failures": 2,  # workers that one sample may end before it is given up
     "distributed.worker.memory.target": False,  # results are a few megabytes: nothing is spilt or paused
     "distributed.worker.memory.spill": False,
@@ -54,7 +55,8 @@ def local_cluster(workers: int) -> Iterator[Client]:
 @contextmanager
 def running_cluster(address: str) -> Iterator[Client]:
     """Connect to the scheduler of a running cluster; raises InputError when it does not answer."""
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # we say ourselves what happens
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # we say ourselves what happens
     try:
         client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:

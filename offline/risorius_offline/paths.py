@@ -65,6 +65,8 @@ class _Work:
         self._store, self._client, self._model = store, client, model
         self._untouched = deque(dict.fromkeys(store.paths[store.states == WAITING].tolist()))
         self._begun: dict[int, dict[int, Future]] = {}
+        self._suspects: deque[int] = deque()
+        self._alone: int | None = None
         self._workers = 0
 
     def status(self) -> Status:
@@ -77,6 +79,9 @@ class _Work:
         self._workers = sum(self._client.nthreads().values())
         while self._untouched and len(self._begun) < PATHS_PER_WORKER * max(1, self._workers):
             self._submit(self._untouched.popleft())
+        if not self._begun and self._suspects:
+            self._alone = self._suspects.popleft()
+            self._submit(self._alone)
         return bool(self._begun)
 
     def collect(self) -> None:
@@ -119,7 +124,14 @@ class _Work:
             del self._begun[path]
 
     def _blame(self, path: int, error: distributed.KilledWorker) -> None:
-        """Give up the sample that ended one worker after the other; those after it go on without it."""
+        """Solve a path again by itself when workers died; then give up the sample that ends one after the other.
+
+        Before, it may have been another sample that the same workers had in work.
+        """
+        if path != self._alone:
+            del self._begun[path]
+            self._suspects.append(path)
+            return
         row = min(row for row in self._begun[path] if self._store.states[row] == WAITING)
         reason = f"its solve ended the worker process {error.allowed_failures + 1} times; is memory short there?"
         self._store.give_up(row, self._described(row, reason), {})
