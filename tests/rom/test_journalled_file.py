@@ -89,9 +89,9 @@ def number_of_whole_entries(path):
 
 
 def fill_and_die(path, fatal):
-    """Die in the middle of system call number `fatal`, in a process of its own: return if it did, and what it committed.
+    """Die in the middle of a system call; return whether there were so many, and how many entries were committed.
 
-    A process that is gone keeps no lock.
+    In a process of its own: one that is gone keeps no lock.
     """
     receiving, telling = os.pipe()
     child = os.fork()
