@@ -2,6 +2,7 @@
 
 from importlib.metadata import version
 
+from risorius import arkit, intensities, openface
 from risorius.engine import Engine, Frame
 from risorius.errors import Error, FileFormatError, InputError, MissingExtraError, SolverError
 from risorius.model import ReducedModel, load
@@ -19,5 +20,8 @@ __all__ = [
     "ReducedModel",
     "Scene",
     "SolverError",
+    "arkit",
+    "intensities",
     "load",
+    "openface",
 ]

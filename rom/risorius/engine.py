@@ -11,11 +11,12 @@ import numpy.typing as npt
 
 from risorius.errors import InputError
 from risorius.evaluators import PolynomialMap, Superposition
+from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.scene import Scene
 
-Weights = Mapping[str, float] | npt.ArrayLike
+Weights = Mapping[str, Weight] | npt.ArrayLike
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,14 @@ class Engine:
         self,
         weights: Weights | None = None,
         *,
-        muscles: Mapping[str, float] | None = None,
+        muscles: Mapping[str, Weight] | None = None,
         out: npt.NDArray[np.float32] | None = None,
     ) -> Frame:
         """Evaluate input weights (a mapping by name, or an array in `inputs` order) and/or muscle activations.
 
-        Muscle activations add to what the inputs ask of the same muscle, up to full activation. `out`, an (n, 3)
-        float32 array, receives the vertices without another copy. Raises InputError for an unknown name or a weight
-        out of range.
+        Named weights are numbers or FACS letters A to E. Muscle activations add to what the inputs ask of the same
+        muscle, up to full activation. `out`, an (n, 3) float32 array, receives the vertices without another copy.
+        Raises InputError for an unknown name or a weight out of range.
         """
         start = time.perf_counter()
         parameters = self._parameters(weights, muscles)
@@ -100,7 +101,7 @@ class Engine:
             elapsed=time.perf_counter() - start,
         )
 
-    def _parameters(self, weights: Weights | None, muscles: Mapping[str, float] | None) -> FloatArray:
+    def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:
         table = self.model.inputs
         if weights is None or isinstance(weights, Mapping):
             return table.to_parameters(table.weights(weights or {}), muscles)

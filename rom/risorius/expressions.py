@@ -8,10 +8,7 @@ from dataclasses import dataclass
 
 from risorius.errors import InputError
 from risorius.inputs import without_side
-
-# FACS scores intensity in five ordinal steps, A (trace) to E (maximum). Equal steps of weight are our convention; a
-# unit without a letter is taken at D.
-TRACE, SLIGHT, MARKED, SEVERE, MAXIMUM = 0.2, 0.4, 0.6, 0.8, 1.0
+from risorius.intensities import MAXIMUM, SEVERE, TRACE, action_units
 
 _EASE = 0.35  # share of a turn spent easing in, and again easing out
 
@@ -24,34 +21,67 @@ class Expression:
     weights: Mapping[str, float]
 
 
-def _of_units(name: str, *numbers: int, weight: float = SEVERE, **others: float) -> Expression:
-    return Expression(name, {f"AU{number}": weight for number in numbers} | others)
+@dataclass(frozen=True)
+class MuscleSet:
+    """A name and activations in [0, 1] of muscles, one-sided or by their unsided name."""
+
+    name: str
+    activations: Mapping[str, float]
+
+    def within(self, muscles: Sequence[str]) -> dict[str, float]:
+        """Return the activations of those that are among a model's `muscles`."""
+        known = set(muscles) | {without_side(name) for name in muscles}
+        return {name: activation for name, activation in self.activations.items() if name in known}
 
 
 EMOTIONS: tuple[Expression, ...] = (
-    _of_units("happiness", 6, 12),
-    _of_units("surprise", 1, 2, 26, AU5=SLIGHT),
-    _of_units("sadness", 1, 4, 15),
-    _of_units("anger", 4, 5, 7, 23),
-    _of_units("fear", 1, 2, 4, 5, 7, 20, 26),
-    _of_units("disgust", 9, 15, 16),
+    Expression("happiness", action_units("6+12")),
+    Expression("surprise", action_units("1+2+5B+26")),
+    Expression("sadness", action_units("1+4+15")),
+    Expression("anger", action_units("4+5+7+23")),
+    Expression("fear", action_units("1+2+4+5+7+20+26")),
+    Expression("disgust", action_units("9+15+16")),
 )
-"""Prototypical emotions: 6+12, 1+2+5B+26, 1+4+15, 4+5+7+23, 1+2+4+5+7+20+26 and 9+15+16.
+"""Prototypical emotions.
 
 Source: EMFACS-7, Emotional Facial Action Coding System, W. V. Friesen and P. Ekman, 1983.
 """
 
+_PARTS = ("orbicularis_oris_marginalis", "orbicularis_oris_peripheralis")
+# In one piece, divided into marginal and peripheral, and into upper and lower as well: a model has one of the three.
+_ORBICULARIS_ORIS = dict.fromkeys(
+    ("orbicularis_oris", *_PARTS, *(f"{part}_{lip}" for part in _PARTS for lip in ("superior", "inferior"))), TRACE
+)
+
+FIGURES: tuple[MuscleSet, ...] = (
+    MuscleSet(
+        "happiness of Figure 7.17",
+        {"zygomaticus_major": SEVERE, "zygomaticus_minor": SEVERE, "risorius": SEVERE, **_ORBICULARIS_ORIS},
+    ),
+    MuscleSet(
+        "disgust of Figure 7.18",
+        {
+            "depressor_anguli_oris_L": SEVERE,
+            "depressor_labii_inferioris_L": SEVERE,
+            "mentalis_L": SEVERE,
+            "levator_labii_superioris_R": SEVERE,
+            **_ORBICULARIS_ORIS,
+        },
+    ),
+)
+"""The seed's own happiness and disgust. It names the muscles; the activations are ours."""
+
 MOVES: tuple[Expression, ...] = (
-    _of_units("brow raise", 1, 2, weight=MAXIMUM),
-    _of_units("brow lower", 4, weight=MAXIMUM),
-    _of_units("nose wrinkle", 9, weight=MAXIMUM),
-    _of_units("smile", 12, weight=MAXIMUM),
-    _of_units("lip corner depress", 15, weight=MAXIMUM),
-    _of_units("lower lip depress", 16, weight=MAXIMUM),
-    _of_units("chin raise", 17, weight=MAXIMUM),
-    _of_units("lip pucker", 18, weight=MAXIMUM),
-    _of_units("lip stretch", 20, weight=MAXIMUM),
-    _of_units("jaw drop", 26, weight=MAXIMUM),
+    Expression("brow raise", action_units("1E+2E")),
+    Expression("brow lower", action_units("4E")),
+    Expression("nose wrinkle", action_units("9E")),
+    Expression("smile", action_units("12E")),
+    Expression("lip corner depress", action_units("15E")),
+    Expression("lower lip depress", action_units("16E")),
+    Expression("chin raise", action_units("17E")),
+    Expression("lip pucker", action_units("18E")),
+    Expression("lip stretch", action_units("20E")),
+    Expression("jaw drop", action_units("26E")),
 )
 """One action unit each (the brow raise: both its parts) at full weight.
 

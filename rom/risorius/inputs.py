@@ -7,14 +7,19 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from risorius.errors import InputError
 from risorius.facs import ACTION_UNITS, ActionUnit
+from risorius.intensities import LETTER_WEIGHTS
 from risorius.jaw import FloatArray
 from risorius.poses import POSE_LOWER
+
+Weight: TypeAlias = float | str
+"""A number, or a FACS letter A to E."""
 
 SIDES = ("L", "R")
 
@@ -77,8 +82,8 @@ class InputTable:
                 table[stem] = table.get(stem, ()) + positions
         return table
 
-    def weights(self, values: Mapping[str, float]) -> FloatArray:
-        """Weight array (inputs,) of named weights; names without a side set both sides.
+    def weights(self, values: Mapping[str, Weight]) -> FloatArray:
+        """Weight array (inputs,) of named weights, numbers or FACS letters; names without a side set both sides.
 
         Raises InputError for an unknown name or a weight that is not a finite number in its range.
         """
@@ -103,7 +108,7 @@ class InputTable:
             self._checked(self.names[bad], array[bad], float(self.lower[bad]))
         return array
 
-    def to_parameters(self, weights: FloatArray, muscles: Mapping[str, float] | None = None) -> FloatArray:
+    def to_parameters(self, weights: FloatArray, muscles: Mapping[str, Weight] | None = None) -> FloatArray:
         """Parameters (muscle activations and pose weights) of a weight array; several drives of one muscle saturate.
 
         Named muscle activations add to what the inputs ask of the same muscle, up to full activation.
@@ -111,7 +116,7 @@ class InputTable:
         parameters = np.clip(weights @ self.drive, self.parameter_lower, 1.0)
         return np.minimum(parameters + self.activations(muscles), 1.0) if muscles else parameters
 
-    def activations(self, muscles: Mapping[str, float]) -> FloatArray:
+    def activations(self, muscles: Mapping[str, Weight]) -> FloatArray:
         """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""
         result = np.zeros(len(self.parameters))
         for name, value in muscles.items():
@@ -158,11 +163,13 @@ class InputTable:
         return self._drive_of_unit(unit, name[-1] if name != without_side(name) else "")
 
     @staticmethod
-    def _checked(name: str, value: float, lower: float) -> float:
+    def _checked(name: str, value: Weight, lower: float) -> float:
         try:
-            number = float(value)
+            number = LETTER_WEIGHTS[str(value)] if value in tuple(LETTER_WEIGHTS) else float(value)
         except (TypeError, ValueError):
-            raise InputError(f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1]") from None
+            raise InputError(
+                f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1] or a FACS letter A to E"
+            ) from None
         if not math.isfinite(number) or not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes.util
+import itertools
 import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ _FIELD_OF_VIEW = 22.0  # degrees, vertical
 _MARGIN = 0.88  # share of the picture that the face fills
 _BACKGROUND = (0.76, 0.78, 0.80), (0.93, 0.94, 0.95)  # bottom, top
 _SKIN = (0.89, 0.69, 0.58)
+_SKIN_SHINE = {"smooth_shading": True, "ambient": 0.22, "diffuse": 0.8, "specular": 0.12, "specular_power": 14}
 # Lights turn with the camera: direction in its frame (right, up, towards the viewer) and intensity.
 _LIGHTS = (((-0.9, 0.8, 1.0), 0.95), ((1.2, 0.0, 0.9), 0.35), ((0.6, 0.8, -1.0), 0.5))
 _WINDOW_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -48,34 +50,27 @@ def draw_face(
     Raises InputError for a bad view, size or mesh, MissingExtraError without pyvista, Error where nothing can draw.
     """
     _check(vertices, triangles, view, size)
-    try:
-        import pyvista
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("drawing a picture", "view", str(error.name)) from error
-
-    mesh = pyvista.PolyData.from_regular_faces(np.asarray(vertices, dtype=np.float64), np.asarray(triangles))
     room = vertices if keep_in_view is None else np.concatenate([vertices, keep_in_view])
-    with _window_without_display():
-        plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
-        try:
-            _require_opengl(plotter)
-            plotter.set_background(_BACKGROUND[0], top=_BACKGROUND[1])
-            plotter.add_mesh(
-                mesh.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False),
-                color=_SKIN,
-                smooth_shading=True,
-                ambient=0.22,
-                diffuse=0.8,
-                specular=0.12,
-                specular_power=14,
-            )
-            for direction, intensity in _LIGHTS:
-                plotter.add_light(_light(pyvista, direction, intensity))
-            plotter.enable_anti_aliasing("ssaa")
-            _place_camera(plotter.camera, room, VIEWS[view], size[0] / size[1])
-            return np.ascontiguousarray(plotter.screenshot(return_img=True)[..., :3])
-        finally:
-            plotter.close()
+    with _studio(size) as plotter:
+        return _picture(plotter, vertices, triangles, room, VIEWS[view])
+
+
+def draw_faces(
+    faces: Sequence[npt.NDArray[np.floating]],
+    triangles: npt.NDArray[np.integer],
+    *,
+    views: Sequence[str],
+    size: tuple[int, int],
+) -> list[list[npt.NDArray[np.uint8]]]:
+    """Return a picture (height, width, 3) of each face from each view; all from one view share the camera.
+
+    faces: vertices (n, 3) each. Otherwise as `draw_face`, and raises the same.
+    """
+    for vertices, view in itertools.product(faces, views):
+        _check(vertices, triangles, view, size)
+    room = np.concatenate(faces)
+    with _studio(size) as plotter:
+        return [[_picture(plotter, vertices, triangles, room, VIEWS[view]) for view in views] for vertices in faces]
 
 
 def save_png(path: Path, picture: npt.NDArray[np.uint8]) -> None:
@@ -102,6 +97,46 @@ def _check(
         raise InputError("mesh: some vertices are not finite; the frame they come from cannot be drawn")
     if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InputError(f"mesh: triangles must number vertices from 0 to {len(vertices) - 1}, and there must be some")
+
+
+@contextmanager
+def _studio(size: tuple[int, int]) -> Iterator[Any]:
+    """Yield a plotter with background and lights, and close it."""
+    try:
+        import pyvista
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("drawing a picture", "view", str(error.name)) from error
+
+    with _window_without_display():
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
+        try:
+            _require_opengl(plotter)
+            plotter.set_background(_BACKGROUND[0], top=_BACKGROUND[1])
+            for direction, intensity in _LIGHTS:
+                plotter.add_light(_light(pyvista, direction, intensity))
+            plotter.enable_anti_aliasing("ssaa")
+            yield plotter
+        finally:
+            plotter.close()
+
+
+def _picture(
+    plotter: Any,
+    vertices: npt.NDArray[np.floating],
+    triangles: npt.NDArray[np.integer],
+    room: npt.NDArray[np.floating],
+    angles: tuple[float, float],
+) -> npt.NDArray[np.uint8]:
+    """Draw a face in place of the last one."""
+    from pyvista import PolyData
+
+    mesh = PolyData.from_regular_faces(np.asarray(vertices, dtype=np.float64), np.asarray(triangles))
+    normals = mesh.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False)
+    plotter.add_mesh(normals, name="skin", color=_SKIN, reset_camera=False, render=False, **_SKIN_SHINE)
+    width, height = plotter.window_size
+    _place_camera(plotter.camera, room, angles, width / height)
+    plotter.render()
+    return np.ascontiguousarray(plotter.screenshot(return_img=True)[..., :3])
 
 
 @contextmanager

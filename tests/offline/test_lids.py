@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from risorius.engine import Engine
+from risorius.errors import InputError
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
 from risorius.lids import LidMotion
@@ -14,6 +15,7 @@ from risorius.mechanics.material import Yeoh
 from risorius.model import load
 from risorius.training import reduce_snapshots
 from risorius_offline.anatomy.anatomy import LEFT_LID, RIGHT_LID, Anatomy
+from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.quantities import bone_reactions
@@ -22,6 +24,7 @@ from risorius_offline.sensitivities import sensitivities
 from risorius_offline.snapshots import solve_design
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy
+from tests.offline.test_bone_contact import sphere_surface
 
 ANGLE = 0.3
 CENTRES = ((0.005, 0.010, 0.004), (-0.005, 0.010, 0.004))
@@ -97,6 +100,24 @@ def test_a_jaw_and_lids_move_each_their_own_nodes(anatomy):
     np.testing.assert_array_equal(moved, np.flatnonzero(jaw | (anatomy.lids == LEFT_LID)))
 
 
+def test_bones_of_the_jaw_follow_its_weights_and_not_those_of_the_lids(anatomy):
+    motion = JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, forward_slide=0.002, sideways_slide=0.0)
+    bone = sphere_surface(0.004, (0.0, 0.01, 0.025), 16)
+    contact = BoneContact(replace(anatomy, jaw_motion=motion, bones={"jaw": bone}))
+    rest = np.zeros_like(anatomy.points)
+    gaps = []
+    for parameters in ([0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, -1.0], [0.0, -1.0, 0.0, 0.0, 0.0]):
+        contact.set_parameters(np.array(parameters))
+        gaps.append(contact.gaps(rest).min())
+    assert gaps[1] == gaps[0]
+    assert gaps[2] < gaps[0] - 0.001
+
+
+def test_lids_that_move_need_their_nodes(anatomy):
+    with pytest.raises(InputError, match="'block' has lid_motion but no lids; label the nodes"):
+        replace(anatomy, lids=None)
+
+
 def test_anatomy_with_lids_comes_back_from_its_file(anatomy, tmp_path):
     anatomy.save(tmp_path / "lids.h5")
     loaded = Anatomy.load(tmp_path / "lids.h5")
@@ -123,7 +144,7 @@ def test_a_reduced_model_drives_the_plates_exactly(anatomy, tmp_path):
     reduce_snapshots(snapshots, 4).save(tmp_path / "model.h5")
     model = load(tmp_path / "model.h5")
     assert model.poses == anatomy.poses
-    assert model.inputs.names == ("upper_lid_L", "upper_lid_R")
+    assert {"AU43_L", "AU5_R", "upper_lid_L", "upper_lid_R"} <= set(model.inputs.names)
     moved = Engine(model).evaluate({"upper_lid_L": 0.7, "upper_lid_R": -0.2}).vertices - model.rest_vertices
     exact = FullModel(anatomy).prescribed_motion(np.array([0.7, -0.2]))
     vertices = np.unique(anatomy.skin)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from risorius import Engine, InputError, ReducedModel
-from risorius.expressions import EMOTIONS, MOVES, expression_loop, possible_expressions
+from risorius.expressions import EMOTIONS, FIGURES, MOVES, expression_loop, possible_expressions
 from risorius.facs import ACTION_UNITS
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
@@ -39,6 +39,30 @@ def test_expressions_use_known_units_with_weights_up_to_one() -> None:
     for expression in EMOTIONS + MOVES:
         assert set(expression.weights) <= set(ACTION_UNITS)
         assert all(0.0 < weight <= 1.0 for weight in expression.weights.values())
+
+
+def test_figures_of_the_seed_name_its_muscles_on_their_sides() -> None:
+    """Figures 7.17 and 7.18, on a face with the muscles of the captions and one other."""
+    names = "zygomaticus_major zygomaticus_minor risorius depressor_anguli_oris depressor_labii_inferioris mentalis"
+    stems = [*names.split(), "levator_labii_superioris", "orbicularis_oris", "procerus"]
+    muscles = [f"{stem}_{side}" for stem in stems for side in "LR"]
+    happiness, disgust = (set(figure.within(muscles)) for figure in FIGURES)
+    assert happiness == {"zygomaticus_major", "zygomaticus_minor", "risorius", "orbicularis_oris"}
+    assert disgust == {
+        "depressor_anguli_oris_L",
+        "depressor_labii_inferioris_L",
+        "mentalis_L",
+        "levator_labii_superioris_R",
+        "orbicularis_oris",
+    }
+
+
+def test_figures_of_the_seed_are_accepted_by_every_division_of_orbicularis_oris() -> None:
+    parts = [f"orbicularis_oris_{part}" for part in ("marginalis", "peripheralis")]
+    for division in (parts, [f"{part}_{lip}" for part in parts for lip in ("superior", "inferior")]):
+        table = InputTable(tuple(f"{part}_{side}" for part in division for side in "LR"))
+        for figure in FIGURES:
+            assert (table.activations(figure.within(table.muscles)) > 0.0).all()
 
 
 def test_raised_upper_lid_of_surprise_is_slight() -> None:

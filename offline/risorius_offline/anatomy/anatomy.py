@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.errors import InputError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 from risorius.lids import LidMotion
@@ -58,6 +59,11 @@ class Anatomy:
     epidermis: float = 0.0
     bones: Mapping[str, Surface] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Raise InputError for lids that move without nodes."""
+        if self.lid_motion is not None and self.lids is None:
+            raise InputError(f"anatomy {self.name!r} has lid_motion but no lids; label the nodes of the tarsal plates")
 
     @property
     def inputs(self) -> InputTable:

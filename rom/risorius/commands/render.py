@@ -1,4 +1,4 @@
-"""`risorius render`: a picture of the face."""
+"""`risorius render`: a picture of the face, or a contact sheet."""
 
 from __future__ import annotations
 
@@ -19,14 +19,22 @@ def render(
         list[str] | None,
         typer.Option("--set", metavar="NAME=WEIGHT", help="Weight of an input or a muscle; may be given often."),
     ] = None,
-    view: Annotated[str, typer.Option(help="front, three-quarter or side.")] = "three-quarter",
-    size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "900x900",
+    view: Annotated[str | None, typer.Option(help="front, three-quarter (unless given) or side.")] = None,
+    size: Annotated[str | None, typer.Option(help="Pixels: 900x900, or 240x280 each on a sheet, unless given.")] = None,
+    sheet: Annotated[str | None, typer.Option(help="Contact sheet: units, expressions, jaw or muscles.")] = None,
 ) -> None:
-    """Draw the face with given weights to a PNG file."""
+    """Draw the face with given weights, or a contact sheet of many faces, to a PNG file."""
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: pictures are written as PNG; give a name that ends in .png")
-    values = parse_settings(settings or ())
-    pixels = _pixels(size)
+    if sheet is None:
+        _render_face(model, output, parse_settings(settings or ()), view or "three-quarter", _pixels(size or "900x900"))
+    elif settings or view:
+        raise InputError(f"--sheet {sheet}: weights and views are the sheet's own; leave --set and --view out")
+    else:
+        _render_sheet(model, output, sheet, _pixels(size or "240x280"))
+
+
+def _render_face(model: Path, output: Path, values: dict[str, float], view: str, size: tuple[int, int]) -> None:
     from risorius.engine import Engine
     from risorius.model import load
     from risorius.picture import draw_face, save_png
@@ -34,11 +42,24 @@ def render(
     engine = Engine(load(model))
     inputs, muscles = split_muscles(values, engine.model.inputs)
     frame = engine.evaluate(inputs, muscles=muscles)
-    picture = draw_face(
-        frame.vertices, engine.triangles, view=view, size=pixels, keep_in_view=engine.model.rest_vertices
-    )
+    picture = draw_face(frame.vertices, engine.triangles, view=view, size=size, keep_in_view=engine.model.rest_vertices)
     save_png(output, picture)
     typer.echo(f"{output}: {engine.model.name}, {frame.method}, error up to {1e3 * frame.error:.2g} mm")
+
+
+def _render_sheet(model: Path, output: Path, sheet: str, size: tuple[int, int]) -> None:
+    from risorius.contact_sheet import draw_sheet
+    from risorius.engine import Engine
+    from risorius.model import load
+    from risorius.picture import save_png
+    from risorius.sheets import SHEETS, faces_of
+
+    if sheet not in SHEETS:
+        raise InputError(f"--sheet {sheet}: not known; choose from: {', '.join(SHEETS)}")
+    engine = Engine(load(model))
+    faces = faces_of(sheet, engine.model.inputs)
+    save_png(output, draw_sheet(engine, faces, size))
+    typer.echo(f"{output}: {engine.model.name}, {len(faces)} faces")
 
 
 def _pixels(size: str) -> tuple[int, int]:
