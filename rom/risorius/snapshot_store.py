@@ -7,6 +7,8 @@ file, so that a run that ends, however it ends, loses nothing that was recorded.
 from __future__ import annotations
 
 import json
+import signal
+import threading
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -100,15 +102,17 @@ class SnapshotStore:
 
     def record(self, row: int, solved: Solved) -> None:
         """Store the result of a sample. Raises Error when the disk is full; the file stays as it was."""
-        self._samples["displacements"][row] = solved.displacement
-        if self.keeps_derivatives:
-            self._samples["derivatives"][row] = solved.derivatives
-        self._finish(row, SOLVED, solved.report)
+        with _uninterrupted():
+            self._samples["displacements"][row] = solved.displacement
+            if self.keeps_derivatives:
+                self._samples["derivatives"][row] = solved.derivatives
+            self._finish(row, SOLVED, solved.report)
 
     def give_up(self, row: int, reason: str, report: Mapping[str, float]) -> None:
         """Store why a sample has no result."""
-        self._samples["failure"][row] = reason
-        self._finish(row, FAILED, report)
+        with _uninterrupted():
+            self._samples["failure"][row] = reason
+            self._finish(row, FAILED, report)
 
     def displacement(self, row: int) -> npt.NDArray[np.float32]:
         """Stored displacement (n, 3) of a solved sample."""
@@ -174,6 +178,22 @@ def _create_fields(group: h5py.Group, face: Face, derivatives: bool) -> None:
     filters = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
     for name, each in fields.items():
         group.create_dataset(name, (0, *each), np.float32, maxshape=(None, *each), chunks=(1, *each), **filters)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Put off Ctrl-C: an exception inside HDF5's calls to our file would be lost, or leave HDF5 in disorder."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    interrupts: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if interrupts:
+        raise KeyboardInterrupt
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from tests.offline.cluster_processes import (
     wait_until_solved,
 )
 
-COUNT = 40
+COUNT = 60
 
 
 def quiet(status):
