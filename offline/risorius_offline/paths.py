@@ -7,6 +7,7 @@ those before it on its path: Dask keeps a path on one worker, and repeats on ano
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +24,8 @@ from risorius_offline.sample import Outcome, State
 
 POLL_SECONDS = 0.5
 PATHS_PER_WORKER = 2  # one in work, one ready
+# A cluster may take its time; workers of this machine that do not come back in this time will not.
+LONGEST_WITHOUT_LOCAL_WORKERS = 120.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ class _Work:
         self._begun: dict[int, dict[int, Future]] = {}
         self._suspects: deque[int] = deque()
         self._alone: int | None = None
-        self._workers = 0
+        self._workers, self._last_worker = 0, time.monotonic()
 
     def status(self) -> Status:
         """Where the run stands."""
@@ -76,13 +79,23 @@ class _Work:
 
     def submit_paths(self) -> bool:
         """Keep all workers busy; return whether anything is left to wait for."""
-        self._workers = sum(self._client.nthreads().values())
+        self._count_workers()
         while self._untouched and len(self._begun) < PATHS_PER_WORKER * max(1, self._workers):
             self._submit(self._untouched.popleft())
         if not self._begun and self._suspects:
             self._alone = self._suspects.popleft()
             self._submit(self._alone)
         return bool(self._begun)
+
+    def _count_workers(self) -> None:
+        self._workers = sum(self._client.nthreads().values())
+        if self._workers:
+            self._last_worker = time.monotonic()
+        elif self._client.cluster and time.monotonic() - self._last_worker > LONGEST_WITHOUT_LOCAL_WORKERS:
+            raise SolverError(
+                f"{self._store.path}: the worker processes ended and do not start again; is memory short? What was "
+                "finished is kept, start the run again to go on, with fewer --workers"
+            )
 
     def collect(self) -> None:
         """Wait a moment for results, and record those that there are."""
