@@ -1,8 +1,8 @@
 import numpy as np
+from tests.rom.test_training import answer, made_up_snapshots
 
 from risorius.committee import disagreement
 from risorius.training import project
-from tests.rom.test_training import answer, made_up_snapshots
 
 
 def test_maps_disagree_where_nothing_was_learned():
