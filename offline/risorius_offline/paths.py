@@ -23,6 +23,7 @@ from risorius_offline.cluster import solve_on_worker
 from risorius_offline.sample import Outcome, State
 
 POLL_SECONDS = 0.5
+RESULT_SECONDS = 30.0  # for some megabytes to arrive
 PATHS_PER_WORKER = 2  # one in work, one ready
 # A cluster may take its time; workers of this machine that do not come back in this time will not.
 LONGEST_WITHOUT_LOCAL_WORKERS = 120.0
@@ -99,7 +100,12 @@ class _Work:
 
     def collect(self) -> None:
         """Wait a moment for results, and record those that there are."""
-        rows = {future: (path, row) for path, tasks in self._begun.items() for row, future in tasks.items()}
+        rows = {
+            future: (path, row)
+            for path, tasks in self._begun.items()
+            for row, future in tasks.items()
+            if self._store.states[row] == WAITING
+        }
         try:
             with self._client.as_current():
                 done = distributed.wait(list(rows), POLL_SECONDS, "FIRST_COMPLETED").done
@@ -125,7 +131,9 @@ class _Work:
         """Record a finished task; the last of a path lets go of them all."""
         tasks = self._begun[path]
         try:
-            outcome: Outcome = tasks[row].result()
+            outcome: Outcome = tasks[row].result(timeout=RESULT_SECONDS)
+        except distributed.TimeoutError:  # its worker was lost meanwhile; the task is done once more
+            return
         except distributed.KilledWorker as error:
             self._blame(path, error)
             return
@@ -146,7 +154,7 @@ class _Work:
             self._suspects.append(path)
             return
         row = min(row for row in self._begun[path] if self._store.states[row] == WAITING)
-        reason = f"its solve ended the worker process {error.allowed_failures + 1} times; is memory short there?"
+        reason = f"the worker process ended in its solve, {error.allowed_failures + 1} times; is memory short there?"
         self._store.give_up(row, self._described(row, reason), {})
         del self._begun[path]
         if (self._store.states[self._store.paths == path] == WAITING).any():
