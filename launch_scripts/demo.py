@@ -96,6 +96,7 @@ def trained_model(source: str, folder: Path) -> tuple[Path, ReducedModel]:
             return path, risorius.load(path)
         except risorius.FileFormatError as error:
             say(str(error))
+            path.with_suffix(".snapshots.h5").unlink(missing_ok=True)  # of the same old release
     command = [RISORIUS, "train", source, "-o", path, "--snapshots", SNAPSHOTS, "--held-out", HELD_OUT]
     with running(command) as training:
         code = training.wait()

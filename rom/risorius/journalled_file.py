@@ -237,7 +237,10 @@ def journal_of(path: Path) -> Path:
 def _lock_journal(journal: Path) -> int:
     """Open the journal for the one writer; raises InputError when there is another."""
     while True:
-        descriptor = os.open(journal, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            descriptor = os.open(journal, os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise Error(f"{journal}: could not be made ({error.strerror}); its folder has to be writable") from error
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

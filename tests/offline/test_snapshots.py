@@ -4,7 +4,7 @@ import pytest
 from risorius.errors import InputError, SolverError
 from risorius.mechanics.material import Yeoh
 from risorius.snapshot_file import SnapshotSet
-from risorius.snapshot_store import Samples
+from risorius.snapshot_store import Samples, SnapshotStore
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
 from risorius_offline.cluster import local_cluster
 from risorius_offline.equilibrium import EquilibriumSolver
@@ -74,6 +74,17 @@ def test_an_interrupted_run_goes_on_where_it_was(anatomy, two_workers, tmp_path)
     np.testing.assert_allclose(resumed.displacements[:], fresh.displacements[:], rtol=0, atol=1e-9)  # a nanometre
     rows = np.searchsorted(-resumed.parameters[:, 0], -kept.parameters[:, 0])  # what was kept was not solved again
     np.testing.assert_array_equal(kept.displacements[:], resumed.displacements[rows])
+
+
+def test_each_sample_is_recorded_once(anatomy, two_workers, tmp_path, monkeypatch):
+    rows, record = [], SnapshotStore.record
+    monkeypatch.setattr(
+        SnapshotStore, "record", lambda store, row, solved: rows.append(row) or record(store, row, solved)
+    )
+    solve_design(
+        Run(FullModelChoice(anatomy), tmp_path / "s.h5"), levels(*np.linspace(1.0, 0.1, 10)), two_workers, quiet
+    )
+    assert sorted(rows) == list(range(10))
 
 
 def test_a_file_of_another_anatomy_is_refused_and_left_alone(anatomy, two_workers, tmp_path):

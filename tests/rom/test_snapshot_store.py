@@ -170,3 +170,13 @@ def test_a_damaged_snapshot_is_named(path):
     rows[0]
     with pytest.raises(FileFormatError, match="displacements of snapshot 2 are damaged"):
         rows[1]
+
+
+def test_a_file_grows_by_its_snapshots_only(path):
+    """Besides 1 560 incompressible floats of each: chunk index, report, journal pages."""
+    with opened(path) as store:
+        store.add(samples(100, seed=1))
+        before = path.stat().st_size
+        for row in range(6, 106):
+            store.record(row, solved(row))
+    assert (path.stat().st_size - before) / 100 < 1.25 * 6 * NODES * 3 * 4
