@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             return view_without_node(path, arguments.seconds)
         if arguments.headless:
-            draw(pictures, model, arguments.output)
+            draw(pictures, loop, model, arguments.output)
     except Error as error:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
@@ -201,16 +201,27 @@ def full_expressions(loop: ExpressionLoop, seconds: float) -> list[tuple[int, st
     return [(int(middle * RATE_HZ), loop.expression(middle).name) for middle in middles if middle < seconds]
 
 
-def draw(pictures: dict[str, Any], model: ReducedModel, folder: Path) -> None:
+def draw(pictures: dict[str, Any], loop: ExpressionLoop, model: ReducedModel, folder: Path) -> None:
     """Write the pictures; raises risorius.Error when there are none."""
     from risorius import Error
+    from risorius.companion import posed_companions
     from risorius.picture import draw_face, save_png
 
     if not pictures:
         raise Error("no mesh came back in time for a picture; give more --seconds")
+    weights = {expression.name: expression.weights for expression in loop.expressions}
     for number, (name, vertices) in enumerate(pictures.items(), start=1):
         path = folder / f"{number:02}_{name.replace(' ', '_')}.png"
-        save_png(path, draw_face(vertices, model.triangles, keep_in_view=model.rest_vertices))
+        parameters = model.inputs.to_parameters(model.inputs.weights(weights[name]))
+        lifts = model.poses.lift_coordinates(parameters[len(model.inputs.muscles) :])
+        picture = draw_face(
+            vertices,
+            model.triangles,
+            keep_in_view=model.rest_vertices,
+            colours=model.colours,
+            companions=posed_companions(model.companions, model.poses, lifts),
+        )
+        save_png(path, picture)
         say(f"wrote {path}")
 
 

@@ -19,7 +19,6 @@ from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.full_model import FullModel
 
-
 # Of bones, metres: lips press with up to some 5 kPa, and then come 0.3 mm nearer than at rest. A third of it doubles
 # the Newton iterations.
 GAP_TOLERANCE = 1e-3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
@@ -64,6 +64,13 @@ class Companion:
         """Load what `write` stored."""
         points, triangles, colours = (group[name][()] for name in ("points", "triangles", "colours"))
         return cls(points, triangles, colours, str(group.attrs["moves_with"]))
+
+
+def posed_companions(
+    companions: Mapping[str, Companion], poses: Poses, coordinates: npt.NDArray[np.floating]
+) -> list[Companion]:
+    """Companions where the coordinates of a frame, or the lift coordinates of its poses, put them."""
+    return [replace(item, points=item.posed(poses, coordinates)) for item in companions.values()]
 
 
 def write_companions(group: h5py.Group, companions: Mapping[str, Companion]) -> None:
