@@ -62,9 +62,10 @@ def training_sequence(inputs: InputTable, seed: int, longest: int) -> Iterator[t
 
 
 def _fixed(inputs: InputTable) -> Iterator[tuple[str, FloatArray]]:
-    """Each parameter at 1, both sides of each action at 1, poses at -1, named expressions, all muscles."""
+    """Each parameter at 1, or at -1 where that is its least; the same of both sides; named expressions; all muscles."""
     identity, actions = np.eye(len(inputs.parameters)), Actions.of(inputs)
     yield from (("single", row) for row in identity)
+    yield from (("single", -row) for row in identity[inputs.parameter_lower < 0.0])
     yield from (("single", action.at(1.0, actions.count)) for action in (*actions.muscles, *actions.poses))
     yield from (("single", action.at(-1.0, actions.count)) for action in actions.poses if action.lower < 0.0)
     yield from (("expression", parameters) for parameters in _expressions(inputs))
