@@ -43,9 +43,11 @@ def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[S
     """
     total = goal.count + int(store.held_out.sum())
     error: float | None = None
+    last: list[Status] = []
 
     def told(status: Status) -> None:
-        report(replace(status, total=total, error=error))
+        last[:] = [replace(status, total=total, error=error)]
+        report(last[0])
 
     solve_waiting(store, client, model, told)
     while True:
@@ -55,6 +57,7 @@ def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[S
         present = int((~store.held_out).sum())
         missing = goal.count - present
         if missing <= 0 or error <= goal.error:
+            told(last[0])
             return error
         candidates = _candidates(store, snapshots.inputs, goal)
         wanted = min(missing, max(SMALLEST_ROUND, round(SHARE_OF_PRESENT * present)))

@@ -83,7 +83,7 @@ def solve_design(run: Run, plan: Samples, client: Client, report: Callable[[Stat
 def opened_for(run: Run) -> Iterator[SnapshotStore]:
     """Open the snapshot file of a run, made when there is none; raises InputError when it is one of another run."""
     require_folder_of(run.output)
-    settings, provenance = {**run.choice.settings(), **run.shared}, _provenance(run.choice)
+    settings, provenance = {**run.choice.settings(), **run.shared}, _provenance(run)
     if not run.output.exists():
         create(run.output, run.choice.face(), settings, provenance, derivatives=run.choice.derivatives)
     with opened(run.output) as store:
@@ -104,7 +104,13 @@ def model_on_workers(client: Client, choice: FullModelChoice) -> Iterator[str]:
     """Send the full model to all workers, of now and later; yield the name that it has there."""
     model = f"risorius-{choice.anatomy.checksum()[:12]}-{abs(hash(choice.effects)):x}-{choice.derivatives}"
     plugin = ModelOnWorker(model, choice.anatomy, choice.effects, derivatives=choice.derivatives)
-    client.register_plugin(plugin)
+    try:
+        client.register_plugin(plugin)
+    except ImportError as error:
+        raise InputError(
+            f"scheduler {client.scheduler.address}: its workers have no module {error.name!r}; install there what is "
+            "installed here: pip install 'risorius[offline]'"
+        ) from error
     try:
         yield model
     finally:
@@ -133,9 +139,10 @@ def _key(parameters: np.ndarray, held_out: bool) -> tuple[bytes, bool]:
     return (parameters + 0.0).tobytes(), bool(held_out)  # -0.0 is 0.0
 
 
-def _provenance(choice: FullModelChoice) -> dict[str, Any]:
+def _provenance(run: Run) -> dict[str, Any]:
     versions = {name: found for name in PACKAGES if (found := _installed(name))}
-    return {**choice.anatomy.provenance, **choice.settings(), "risorius": version("risorius"), "versions": [versions]}
+    settings = {**run.choice.settings(), **run.shared}
+    return {**run.choice.anatomy.provenance, **settings, "risorius": version("risorius"), "versions": [versions]}
 
 
 def _installed(name: str) -> str:

@@ -209,24 +209,26 @@ class FileWriter(View):
             self._tail.extend(bytes(missing))
 
     def _put_in_place(self) -> bool:
-        """Write the committed changes into the file, unless somebody is reading it; return whether none is left."""
+        """Write the committed changes into the file, if nobody is reading it and the disk lets us.
+
+        Returns whether none is left. Those that are left are in the journal, where every reader of ours finds them.
+        """
         if not self._journal_size:
             return True
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        try:
             for offset, page in self._pages.items():
                 _write_all(self._descriptor, page, offset)
             os.ftruncate(self._descriptor, self._committed)
             os.fdatasync(self._descriptor)
             os.ftruncate(self._journal, 0)
-            self._journal_size = 0
-            self._pages.clear()
-            return True
+        except OSError:
+            return False
         finally:
             fcntl.flock(self._descriptor, fcntl.LOCK_UN)
+        self._journal_size = 0
+        self._pages.clear()
+        return True
 
 
 def journal_of(path: Path) -> Path:

@@ -132,7 +132,7 @@ def test_anatomy_with_lids_comes_back_from_its_file(anatomy, tmp_path):
 def test_design_moves_lids_both_ways_together_and_alone():
     table = InputTable(("mentalis_L", "mentalis_R"), (*JawMotion.inputs, *LidMotion.inputs))
     lids = design(table, 400, 0, seed=1).parameters[:, -2:]
-    for row in ([1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [-0.3, -0.3]):
+    for row in ([1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [-0.3, 0.0], [-0.3, -0.3]):
         assert (lids == row).all(axis=1).any()
     moved = lids[(lids != 0.0).any(axis=1)]
     assert 0.2 < len(moved) / len(lids) < 0.7

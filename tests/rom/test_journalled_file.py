@@ -1,5 +1,6 @@
 """A file that changes by whole commits: every crash that its system calls allow, full disks, readers meanwhile."""
 
+import errno
 import os
 import resource
 import signal
@@ -164,6 +165,28 @@ def test_a_full_disk_is_told_and_leaves_the_file_as_it_was(tmp_path):
     assert 3 <= number_of_whole_entries(path) < 100
     fill(path, 100)
     assert number_of_whole_entries(path) == 100
+
+
+def test_what_the_disk_refuses_to_take_in_place_stays_in_the_journal(tmp_path, monkeypatch):
+    path = tmp_path / "s.h5"
+    make(path)
+    fill(path, 1)
+    end, write = path.stat().st_size, journalled_file._write_all
+
+    def refuse(descriptor, data, offset):
+        if 0 < offset < end and len(data) == journalled_file.PAGE:
+            raise OSError(errno.ENOSPC, "no space")
+        write(descriptor, data, offset)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(journalled_file, "_write_all", refuse)
+        patch.setattr(journalled_file, "WAIT_SECONDS", 0.0)
+        fill(path, 4)
+    assert journal_of(path).exists()
+    assert number_of_whole_entries(path) == 4
+    fill(path, 5)
+    assert number_of_whole_entries(path) == 5
+    assert not journal_of(path).exists()
 
 
 @pytest.mark.parametrize("reader", ["ours", "plain h5py"])

@@ -62,9 +62,11 @@ def training_sequence(inputs: InputTable, seed: int, longest: int) -> Iterator[t
 
 
 def _fixed(inputs: InputTable) -> Iterator[tuple[str, FloatArray]]:
-    """Each parameter at 1, both sides of each action, poses at their least weight, named expressions, all muscles."""
+    """Each parameter at 1 and at its least below 0; the same of both sides; named expressions; all muscles."""
     identity, actions = np.eye(len(inputs.parameters)), Actions.of(inputs)
     yield from (("single", row) for row in identity)
+    lower = inputs.parameter_lower
+    yield from (("single", least * row) for least, row in zip(lower, identity, strict=True) if least < 0.0)
     yield from (("single", action.at(1.0, actions.count)) for action in (*actions.muscles, *actions.poses))
     yield from (("single", action.at(action.lower, actions.count)) for action in actions.poses if action.lower < 0.0)
     yield from (("expression", parameters) for parameters in _expressions(inputs))
