@@ -9,6 +9,8 @@ from __future__ import annotations
 from risorius_offline.head.implicit import Ellipsoid, Sculpture, Sweep, add
 from risorius_offline.head.skin import EYE_CENTRE, EYE_RADIUS
 
+INCISAL_EDGE = (0.0, -47.0, 88.0)  # of the lower central incisors
+
 CRANIUM = Sculpture(
     (
         add(Ellipsoid((0, 52, -2), (69, 75, 90)), 0),
