@@ -74,17 +74,17 @@ COURSES = (
         ((17, -81, 80, 0.1), (12, -66, 91, 0.45), (6, -54, 96, 0.7)))),
     Course("mentalis", 3.0, 0.8 * STRESS, (
         ((5, -61, 92, 0.05), (6, -69, 94, 0.5), (7.5, -79, 94, 0.85)),)),
-    Course("incisivus_labii_superioris", 2.0, STRESS, (
+    Course("incisivus_labii_superioris", 2.0, 1.5 * STRESS, (
         ((9, -31, 98, 0.05), (17, -38, 96, 0.35), (26, -44.5, 88, 0.5)),)),
-    Course("incisivus_labii_inferioris", 2.0, STRESS, (
+    Course("incisivus_labii_inferioris", 2.0, 1.5 * STRESS, (
         ((8, -59, 94, 0.05), (17, -54, 92, 0.35), (26, -48.5, 87, 0.5)),)),
     Course("orbicularis_oris_marginalis_superior", 2.0, STRESS, (
         ((0, -43.2, 101.5, 0.7), (9, -43.0, 100.5, 0.7), (18, -44.2, 95.5, 0.65), (26, -45.6, 88, 0.6)),)),
     Course("orbicularis_oris_marginalis_inferior", 2.0, STRESS, (
         ((0, -48.6, 101, 0.7), (9, -48.4, 100, 0.7), (18, -47.4, 94.5, 0.65), (26, -46.6, 88, 0.6)),)),
-    Course("orbicularis_oris_peripheralis_superior", 3.0, STRESS, (
+    Course("orbicularis_oris_peripheralis_superior", 3.0, 1.5 * STRESS, (
         ((0, -36.5, 100, 0.5), (11, -37, 98, 0.5), (21, -40.5, 93, 0.5), (30, -46, 85, 0.5)),)),
-    Course("orbicularis_oris_peripheralis_inferior", 3.0, STRESS, (
+    Course("orbicularis_oris_peripheralis_inferior", 3.0, 1.5 * STRESS, (
         ((0, -56.5, 98, 0.5), (11, -56, 96, 0.5), (21, -53, 91, 0.5), (30, -47.5, 85, 0.5)),)),
     Course("orbicularis_oculi_palpebralis", 1.8, 0.08 * STRESS, (
         ((16.6, 17.2, 76, 0.5), (23, 24.4, 80, 0.6), (30.5, 25.8, 80, 0.6), (38, 23.6, 77, 0.6), (43.5, 18, 71, 0.5)),
@@ -92,11 +92,11 @@ COURSES = (
     Course("orbicularis_oculi_orbitalis", 3.0, 0.4 * STRESS, (
         ((13, 19, 84, 0.2), (16, 31, 86, 0.5), (29, 37, 84, 0.6), (44, 32, 74, 0.6), (50, 17, 64, 0.6)),
         ((13, 15, 84, 0.2), (17, 1, 84, 0.5), (31, -5, 80, 0.6), (44, 1, 70, 0.6), (50, 16, 64, 0.6)))),
-    Course("frontalis_medialis", 5.0, 0.42 * STRESS, (
+    Course("frontalis_medialis", 5.0, 0.38 * STRESS, (
         ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)), ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
-    Course("frontalis_lateralis", 5.0, 0.28 * STRESS, (
+    Course("frontalis_lateralis", 5.0, 0.24 * STRESS, (
         ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)), ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
-    Course("corrugator_supercilii", 2.5, 0.9 * STRESS, (
+    Course("corrugator_supercilii", 2.5, 1.2 * STRESS, (
         ((7, 29.5, 90, 0.05), (16, 33.5, 90, 0.4), (27, 37, 86, 0.75)),)),
     Course("depressor_supercilii", 2.0, 0.4 * STRESS, (
         ((8, 23, 88, 0.05), (10, 30, 90, 0.5), (13, 36.5, 93, 0.8)),)),
