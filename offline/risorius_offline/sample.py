@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -49,10 +50,10 @@ class SampleSolver:
 
     solver: EquilibriumSolver
     derivatives: bool
-    _rest: Equilibrium = field(init=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_rest", self.solver.rest())
+    @cached_property
+    def _rest(self) -> Equilibrium:
+        return self.solver.rest()
 
     def solve(self, parameters: FloatArray, states: Sequence[State]) -> Outcome:
         """Solve from the nearest of `states`; else from rest; else from rest in small steps.

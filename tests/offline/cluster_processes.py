@@ -7,10 +7,11 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from risorius.mechanics.material import Yeoh
 from risorius.snapshot_store import Samples
@@ -109,5 +110,9 @@ def cluster_processes(workers: int) -> Iterator[tuple[str, subprocess.Popen[str]
 
 def others_of_session(run: subprocess.Popen[str]) -> list[int]:
     """Processes of the session of a run, except itself."""
-    found = subprocess.run(["pgrep", "-s", str(run.pid)], capture_output=True, text=True, check=False)
-    return [int(pid) for pid in found.stdout.split() if int(pid) != run.pid]
+    found = []
+    for pid in psutil.pids():
+        with suppress(ProcessLookupError):
+            if os.getsid(pid) == run.pid and pid != run.pid:
+                found.append(pid)
+    return found

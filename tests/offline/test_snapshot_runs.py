@@ -54,6 +54,7 @@ def require_nobody_left(run):
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_two_kills_of_the_run_lose_only_what_was_in_work(reference, tmp_path):
     path = tmp_path / "s.h5"
     for count in (8, 24):
@@ -68,6 +69,7 @@ def test_two_kills_of_the_run_lose_only_what_was_in_work(reference, tmp_path):
     require_same(path, reference)
 
 
+@pytest.mark.slow
 def test_an_interrupt_from_the_keyboard_ends_the_run_and_all_its_workers(reference, tmp_path):
     path = tmp_path / "s.h5"
     with started_run(tmp_path, "", path, COUNT) as run:
@@ -92,6 +94,7 @@ def test_a_worker_that_is_killed_halfway_loses_nothing(reference, tmp_path):
     require_same(path, reference)
 
 
+@pytest.mark.slow
 def test_a_stopped_scheduler_ends_the_run_with_a_file_that_it_goes_on_with(reference, tmp_path):
     path = tmp_path / "s.h5"
     with cluster_processes(2) as (address, scheduler, _), started_run(tmp_path, address, path, COUNT) as run:
