@@ -23,6 +23,7 @@ LARGEST_MOVE = 2.0  # millimetres a step
 INSIDE = -2e-3  # millimetres within which a triangle's centre counts as outside
 STENCIL = 0.4  # millimetres
 FLIP_SWEEPS = 4
+FLATTEST_EAR = np.radians(145.0)
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class Region:
     """Part of a plane, mapped into space.
 
     outline: signed distance (n,) of plane points (n, 2), negative inside. to_space: (n, 2) -> (n, 3).
-    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes on the boundary. box: lower and upper
-    corner. cell: spacing of the lattice that nodes start from.
+    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes on the boundary. box: lower and
+    upper corner. cell: spacing of the lattice that nodes start from.
     """
 
     outline: Callable[[FloatArray], FloatArray]
@@ -52,8 +53,18 @@ def triangulate(region: Region, seed: int = 0) -> tuple[FloatArray, IntArray]:
             edges = _edges(triangles)
         nodes[fixed:] += RELAXATION * _pulled_back(region, nodes, edges)[fixed:]
         _return_inside(region, nodes, fixed)
-    triangles = _triangles(region, nodes)
-    return nodes, triangles
+    return nodes, _without_flat_ears(_triangles(region, nodes), region.to_space(nodes), fixed)
+
+
+def _without_flat_ears(triangles: IntArray, points: FloatArray, fixed: int) -> IntArray:
+    """Triangles without those between three neighbours on a nearly straight boundary, whose middle node goes too."""
+    flat = np.zeros(len(triangles), dtype=bool)
+    uses = np.bincount(triangles.ravel())
+    for at, one, other in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        middle = triangles[:, at]
+        angle = _angle(points, middle, triangles[:, one], triangles[:, other])
+        flat |= (uses[middle] == 1) & (middle >= fixed) & (angle > FLATTEST_EAR)
+    return triangles[~flat]
 
 
 def _scattered(region: Region, seed: int) -> FloatArray:
@@ -76,8 +87,8 @@ def _stretch(region: Region, nodes: FloatArray) -> tuple[FloatArray, FloatArray]
     """Derivatives (n, 3) of the map by u and by v."""
     here = region.to_space(nodes)
     return (
-        (region.to_space(nodes + [STENCIL, 0.0]) - here) / STENCIL,
-        (region.to_space(nodes + [0.0, STENCIL]) - here) / STENCIL,
+        (region.to_space(nodes + np.array([STENCIL, 0.0])) - here) / STENCIL,
+        (region.to_space(nodes + np.array([0.0, STENCIL])) - here) / STENCIL,
     )
 
 
