@@ -5,12 +5,14 @@ the other two are: none of the three can fold. Away from the eyes they are
 
     y' = h(y),  x' = x exp(f(y', z)),  z' = d(z);
 
-about each eyeball all three pass over into one similarity, so that it stays a sphere and the lids stay on it. All
-lengths in millimetres.
+about each eyeball heights and depths pass over into scaling by one factor, so that lids turn about its centre as before,
+and widths into scaling by the factor of the palpebral fissure. The eyeball itself stays a sphere. All lengths in
+millimetres.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,7 +43,7 @@ _STRETCHED = {"eu": "eu_eu", "zy": "zy_zy", "go": "go_go", "al": "al_al", "ch": 
 _UNSTRETCHED = ((132.0, 0.0), (-150.0, -30.0), (-130.0, 20.0))  # (y, z) at the vertex and in the neck
 _SOFTENING = 20.0  # of the weights of these places
 _FRONT = 60.0  # in front of which depths stay
-_SIMILAR, _BLENDED = 13.5, 38.0  # from the eyeball's centre: the similarity alone, no more of it
+_SIMILAR, _BLENDED = 13.5, 42.0  # from the eyeball's centre: nothing but its scaling, no more of it
 _KNOTS = (-14.5, -13.5, 13.5, 14.5)  # about the eyeball's centre, so that between the inner ones all is linear
 _TEMPLE, _ABOVE, _BEHIND = 80.0, 85.0, 20.0  # x, y, z where columns through the eye are like others again
 _FAR = 300.0
@@ -56,11 +58,11 @@ class Warp:
     def __call__(self, points: FloatArray) -> FloatArray:
         """Places (n, 3) of points (n, 3); mirror images stay mirror images."""
         x, y, z = np.abs(points[:, 0]), points[:, 1], points[:, 2]
-        (eye_x, eye_y, eye_z), (new_x, new_y, _), scale = EYE_CENTRE, self._eye_centre, self._eye_scale
+        (_, _, eye_z), (new_x, new_y, _) = EYE_CENTRE, self._eye_centre
         y = self._new_heights(x, y, z)
-        share = _share((y - new_y) / scale, z - eye_z)
+        share = _share((y - new_y) / self._eye_scale, z - eye_z)
         x = share * self._widths_at_eye(x) + (1.0 - share) * x * np.exp(self._stretch(y, z))
-        share = _share((x - new_x) / scale, (y - new_y) / scale)
+        share = _share((x - new_x) / self._fissure, (y - new_y) / self._eye_scale)
         z = share * self._depths_at_eye(z) + (1.0 - share) * self._depths(z)
         return np.column_stack([np.copysign(x, points[:, 0]), y, z])
 
@@ -69,15 +71,27 @@ class Warp:
         result: FloatArray = share * self._heights_at_eye(y) + (1.0 - share) * self._heights(y)
         return result
 
+    def eyeball(self, points: FloatArray) -> FloatArray:
+        """Places (n, 3) of points (n, 3) of one eyeball: a similarity."""
+        side = np.array([np.copysign(1.0, points[:, 0].sum()), 1.0, 1.0])
+        result: FloatArray = side * self._eye_centre + self._eye_scale * (points - side * EYE_CENTRE)
+        return result
+
+    @cached_property
+    def _fissure(self) -> float:
+        """Width of the palpebral fissure, as a multiple of the sculpted one."""
+        return (self._half("ex_ex") - self._half("en_en")) / (LANDMARKS["ex"][0] - LANDMARKS["en"][0])
+
     @cached_property
     def _eye_scale(self) -> float:
-        return (self._half("ex_ex") - self._half("en_en")) / (LANDMARKS["ex"][0] - LANDMARKS["en"][0])
+        """Of the eyeball: less than a wide fissure asks for; as much as a narrow one does, or it would pierce the lids."""
+        return min(self._fissure, math.sqrt(self._fissure))
 
     @cached_property
     def _eye_centre(self) -> tuple[float, float, float]:
         """Of the left eyeball, whose front stays as deep as it is."""
         x, y, z = EYE_CENTRE
-        across = self._half("en_en") + self._eye_scale * (x - LANDMARKS["en"][0])
+        across = self._half("en_en") + self._fissure * (x - LANDMARKS["en"][0])
         return across, float(self._heights(y)), z - (self._eye_scale - 1.0) * EYE_RADIUS
 
     @cached_property
@@ -98,21 +112,21 @@ class Warp:
     def _heights_at_eye(self) -> PchipInterpolator:
         mouth, chin = LANDMARKS["ch"][1], LANDMARKS["gn"][1]
         below = [(y, float(self._heights(y))) for y in (chin, mouth)]
-        return _increasing([*below, *self._knots(1), (_ABOVE, _ABOVE)])
+        return _increasing([*below, *self._knots(1, self._eye_scale), (_ABOVE, _ABOVE)])
 
     @cached_property
     def _widths_at_eye(self) -> PchipInterpolator:
         outside = _TEMPLE * self._half("zy_zy") / LANDMARKS["zy"][0]
-        return _increasing([(0.0, 0.0), *self._knots(0), (_TEMPLE, outside)])
+        return _increasing([(0.0, 0.0), *self._knots(0, self._fissure), (_TEMPLE, outside)])
 
     @cached_property
     def _depths_at_eye(self) -> PchipInterpolator:
         front = LANDMARKS["n"][2]
-        return _increasing([(_BEHIND, float(self._depths(_BEHIND))), *self._knots(2), (front, front)])
+        return _increasing([(_BEHIND, float(self._depths(_BEHIND))), *self._knots(2, self._eye_scale), (front, front)])
 
-    def _knots(self, axis: int) -> list[tuple[float, float]]:
+    def _knots(self, axis: int, scale: float) -> list[tuple[float, float]]:
         old, new = EYE_CENTRE[axis], self._eye_centre[axis]
-        return [(old + off, new + self._eye_scale * off) for off in _KNOTS]
+        return [(old + off, new + scale * off) for off in _KNOTS]
 
     def _stretch(self, y: FloatArray, z: FloatArray) -> FloatArray:
         """Logarithm f (n,): a mean of values at a few places, weighted by distance."""
@@ -135,7 +149,7 @@ class Warp:
 
 
 def _share(across: FloatArray, along: FloatArray) -> FloatArray:
-    """Share (n,) of the similarity at distances (n,) from the eyeball's centre in a plane."""
+    """Share (n,) of the scaling about the eye at distances (n,) from the eyeball's centre in a plane."""
     away = np.hypot(across, along)
     linear = np.clip((_BLENDED - away) / (_BLENDED - _SIMILAR), 0.0, 1.0)
     result: FloatArray = linear**2 * (3.0 - 2.0 * linear)
