@@ -47,7 +47,7 @@ def parsed_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="launch_scripts/demo", description=__doc__)
     parser.add_argument("--seconds", type=float, help="stop after this time; until Ctrl-C unless given")
     parser.add_argument("--headless", action="store_true", help="write pictures of what the node publishes")
-    parser.add_argument("--source", help="`builtin` or an anatomy folder; the published face where there is one")
+    parser.add_argument("--source", default="builtin-draft", help="as of `risorius train`; by default %(default)s")
     parser.add_argument("--output", type=Path, default=ROOT / "demo_output", help="folder of model and pictures")
     arguments = parser.parse_args()
     if arguments.seconds is not None and not 0.0 < arguments.seconds < float("inf"):
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from risorius.expressions import expression_loop
 
     try:
-        path, model = trained_model(arguments.source or default_source(), arguments.output)
+        path, model = trained_model(arguments.source, arguments.output)
         loop = expression_loop(model.inputs.names)
         if has_rclpy():
             pictures = play_on_node(path, loop, arguments.seconds)
@@ -78,12 +78,6 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def default_source() -> str:
-    anatomies = Path(os.environ.get("RISORIUS_ANATOMY_DIR", ROOT.parent / "shared" / "anatomy"))
-    face = anatomies / "artisynth_face"
-    return str(face) if face.is_dir() else "builtin"
-
-
 def trained_model(source: str, folder: Path) -> tuple[Path, ReducedModel]:
     """Path and content of the model of `source` in `folder`, trained now if it is not there or of an old release."""
     import risorius
@@ -96,6 +90,7 @@ def trained_model(source: str, folder: Path) -> tuple[Path, ReducedModel]:
             return path, risorius.load(path)
         except risorius.FileFormatError as error:
             say(str(error))
+            path.with_suffix(".snapshots.h5").unlink(missing_ok=True)  # of the same old release
     command = [RISORIUS, "train", source, "-o", path, "--snapshots", SNAPSHOTS, "--held-out", HELD_OUT]
     with running(command) as training:
         code = training.wait()

@@ -9,11 +9,13 @@ from risorius import Engine, Scene
 from risorius.companion import Companion
 from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
+from risorius.snapshot_file import SnapshotSet
+from risorius.snapshot_store import Samples
 from risorius.surface import CarriedSurface
 from risorius.training import reduce_snapshots
 from risorius_offline.anatomy import Anatomy
-from risorius_offline.sampling import SamplingDesign
-from risorius_offline.snapshots import solve_design
+from risorius_offline.cluster import local_cluster
+from risorius_offline.snapshots import FullModelChoice, Run, solve_design
 from risorius_offline.subdivision import refine
 from tests.offline.models import muscle_block
 
@@ -35,10 +37,16 @@ def finer(plain):
 @pytest.fixture(scope="module")
 def snapshots(plain, finer, tmp_path_factory):
     """Snapshots of the plain block and of the one with a finer surface."""
-    path = tmp_path_factory.mktemp("snapshots") / "s.h5"
+    folder = tmp_path_factory.mktemp("snapshots")
     levels = np.array([1.0, 0.4, 0.7])[:, None]
-    plan = SamplingDesign(levels, levels[:, 0] == 0.7)
-    return [solve_design(anatomy, plan, path, 1, lambda *_: None) for anatomy in (plain, finer)]
+    plan = Samples(levels, ["level"] * 3, levels[:, 0] == 0.7, np.zeros(3, np.int64))
+    found = []
+    with local_cluster(1) as client:
+        for number, anatomy in enumerate((plain, finer)):
+            path = folder / f"{number}.h5"
+            solve_design(Run(FullModelChoice(anatomy), path), plan, client, lambda status: None)
+            found.append(SnapshotSet.load(path))
+    return found
 
 
 def test_an_anatomy_without_a_surface_of_its_own_shows_the_nodes_of_its_skin(plain, tmp_path):

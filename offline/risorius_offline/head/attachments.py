@@ -73,6 +73,6 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
 
 def _below_mandible(x: FloatArray, y: FloatArray, z: FloatArray) -> Flags:
     """Behind and below the lower border of the mandible, from the chin to its angle."""
-    border = np.interp(z, [15.0, 46.0, 72.0], [-57.0, -71.0, -83.0])
+    border = np.interp(z, [15.0, 46.0, 72.0], [-48.0, -63.0, -79.0])
     result: Flags = y < border
     return result

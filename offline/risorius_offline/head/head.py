@@ -34,7 +34,7 @@ LOOSE, LOOSE_STIFFNESS = 4, 1.0e3  # layer of the loose tissue beneath the chin;
 LID, LID_STIFFNESS, LID_REACH = 5, 2.0e3, 23.0  # layer of the lids, about the eyeball's centre
 CHIN, THROAT = -76.0, 66.0  # below and behind which deep fat is loose
 CONDYLE = np.array([0.0, -2.0, 8.0])
-OPENING_ANGLE, OPENING_SLIDE, FORWARD_SLIDE, SIDEWAYS_SLIDE = 0.40, 0.013, 0.005, 0.008
+OPENING_ANGLE, OPENING_SLIDE, FORWARD_SLIDE, SIDEWAYS_SLIDE = 0.58, 0.015, 0.005, 0.008
 CLOSING_ANGLE = 0.68  # radians from the open lid to the lower one
 EPIDERMIS = 1e-4
 

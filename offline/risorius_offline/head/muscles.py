@@ -48,7 +48,7 @@ def _straight(at: FloatArray, nodes: FloatArray, fine: FloatArray) -> FloatArray
 STRESS = 100e3
 
 COURSES = (
-    Course("zygomaticus_major", 3.5, STRESS, (
+    Course("zygomaticus_major", 3.5, 1.25 * STRESS, (
         ((56, -4, 48, 0.05), (46, -20, 64, 0.4), (36, -36, 78, 0.55), (28.5, -45.5, 86, 0.6)),)),
     Course("zygomaticus_minor", 2.5, STRESS, (
         ((47, -2, 62, 0.05), (36, -16, 76, 0.5), (25, -32, 88, 0.65), (17, -38, 94, 0.7)),)),
@@ -72,7 +72,7 @@ COURSES = (
     Course("depressor_labii_inferioris", 2.5, 0.7 * STRESS, (
         ((24, -77, 72, 0.1), (18, -64, 88, 0.45), (12, -54, 94, 0.7)),
         ((17, -81, 80, 0.1), (12, -66, 91, 0.45), (6, -54, 96, 0.7)))),
-    Course("mentalis", 3.0, STRESS, (
+    Course("mentalis", 3.0, 0.8 * STRESS, (
         ((5, -61, 92, 0.05), (6, -69, 94, 0.5), (7.5, -79, 94, 0.85)),)),
     Course("incisivus_labii_superioris", 2.0, STRESS, (
         ((9, -31, 98, 0.05), (17, -38, 96, 0.35), (26, -44.5, 88, 0.5)),)),
@@ -89,18 +89,18 @@ COURSES = (
     Course("orbicularis_oculi_palpebralis", 1.8, 0.08 * STRESS, (
         ((16.6, 17.2, 76, 0.5), (23, 24.4, 80, 0.6), (30.5, 25.8, 80, 0.6), (38, 23.6, 77, 0.6), (43.5, 18, 71, 0.5)),
         ((16.6, 16.6, 76, 0.5), (23, 12.2, 79, 0.6), (30.5, 10.8, 79, 0.6), (38, 12.4, 76, 0.6), (43.5, 17, 71, 0.5)))),
-    Course("orbicularis_oculi_orbitalis", 3.0, 0.3 * STRESS, (
+    Course("orbicularis_oculi_orbitalis", 3.0, 0.4 * STRESS, (
         ((13, 19, 84, 0.2), (16, 31, 86, 0.5), (29, 37, 84, 0.6), (44, 32, 74, 0.6), (50, 17, 64, 0.6)),
         ((13, 15, 84, 0.2), (17, 1, 84, 0.5), (31, -5, 80, 0.6), (44, 1, 70, 0.6), (50, 16, 64, 0.6)))),
-    Course("frontalis_medialis", 5.0, 0.33 * STRESS, (
+    Course("frontalis_medialis", 5.0, 0.42 * STRESS, (
         ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)), ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
     Course("frontalis_lateralis", 5.0, 0.28 * STRESS, (
         ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)), ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
-    Course("corrugator_supercilii", 2.5, 0.8 * STRESS, (
+    Course("corrugator_supercilii", 2.5, 0.9 * STRESS, (
         ((7, 29.5, 90, 0.05), (16, 33.5, 90, 0.4), (27, 37, 86, 0.75)),)),
-    Course("depressor_supercilii", 2.0, STRESS, (
+    Course("depressor_supercilii", 2.0, 0.4 * STRESS, (
         ((8, 23, 88, 0.05), (10, 30, 90, 0.5), (13, 36.5, 93, 0.8)),)),
-    Course("procerus", 3.0, STRESS, (
+    Course("procerus", 3.0, 0.35 * STRESS, (
         ((3, 13, 93, 0.1), (4, 26, 92, 0.5), (6, 42, 97, 0.8)),)),
     Course("nasalis_alaris", 2.0, STRESS, (
         ((13, -30, 96, 0.05), (14.5, -24, 99, 0.5), (14, -17, 101, 0.65)),)),

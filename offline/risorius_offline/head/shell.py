@@ -12,7 +12,7 @@ from risorius_offline.head import chart
 from risorius_offline.head.depths import THINNEST, DepthField
 from risorius_offline.head.sheet import Sheet
 from risorius_offline.head.skin import EYE_CENTRE, SKIN
-from risorius_offline.head.skull import DEEP, GLOBE
+from risorius_offline.head.skull import DEEP
 
 SKIN_THICKNESS, LARGEST_SKIN_SHARE = 1.8, 0.33
 FRACTIONS = (0.0, 0.42, 0.70)  # of the tissue below the skin, from deep to superficial
