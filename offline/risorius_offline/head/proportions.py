@@ -74,3 +74,12 @@ class Proportions:
     def provenance(self) -> dict[str, float]:
         """What a file remembers of them, metres."""
         return asdict(self)
+
+    def farthest(self) -> tuple[str, float]:
+        """Field that is farthest from its mean, and how far, in standard deviations."""
+        off = {name: (value - NORMS[name].mean) / NORMS[name].deviation for name, value in asdict(self).items()}
+        name = max(off, key=lambda field: abs(off[field]))
+        return name, off[name]
+
+
+ADULT = Proportions()
