@@ -1,10 +1,10 @@
 """Proportions of the built-in head: distances between landmarks of the face, after Farkas.
 
 Landmarks, on the skin unless said otherwise: eu, the cranium's widest point; zy, the widest point of the zygomatic
-arch; go, the angle of the mandible, on the bone; g, midline between the brows; op, the cranium's most posterior point; n,
-the deepest point of the nasal root; sn, where columella and upper lip meet; gn, the lowest midline point of the chin; al,
-where the nostril's wing is most sagittal; ch, the corner of the mouth; en and ex, inner and outer corner of the lids,
-half way through their thickness.
+arch; go, the angle of the mandible, on the bone; g, midline between the brows; op, the cranium's most posterior point;
+n, the deepest point of the nasal root; sn, the deepest midline point between nose and upper lip; gn, the lowest midline
+point of the chin; al, where the nostril's wing is most sagittal; ch, the corner of the mouth; en and ex, inner and outer
+corner of the lids, half way between eyeball and skin.
 """
 
 from __future__ import annotations
