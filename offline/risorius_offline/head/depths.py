@@ -57,7 +57,7 @@ class DepthField:
 
     def published(self, uv: FloatArray) -> FloatArray:
         """Interpolated published depth (n,) at (n, 2)."""
-        result: FloatArray = np.clip(self._field(uv), THINNEST, 20.0)
+        result: FloatArray = np.clip(self._field(np.column_stack([np.abs(uv[:, 0]), uv[:, 1]])), THINNEST, 20.0)
         return result
 
     def limited(self, uv: FloatArray, sculpted: FloatArray) -> FloatArray:

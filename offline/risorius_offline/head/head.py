@@ -19,6 +19,8 @@ from risorius_offline.head.colours import skin_colours
 from risorius_offline.head.companions import companions
 from risorius_offline.head.muscles import COURSES
 from risorius_offline.head.openings import lid_margins
+from risorius_offline.head.proportions import ADULT, Proportions
+from risorius_offline.head.reshape import SELLION, reshaped
 from risorius_offline.head.sheet import face_sheet, rim
 from risorius_offline.head.shell import Shell, layered_shell
 from risorius_offline.head.skin import EYE_CENTRE
@@ -28,7 +30,6 @@ from risorius_offline.muscles.muscle import Muscle
 from risorius_offline.muscles.polyline_fibres import PolylineFibres
 
 SIZES = {"draft": 2.1, "standard": 1.2, "fine": 0.7}  # multiples of the edge lengths of `sheet.face_sheet`
-SELLION = np.array([0.0, 28.0, 92.0])  # becomes the origin
 METRES = 1e-3
 LOOSE, LOOSE_STIFFNESS = 4, 1.0e3  # layer of the loose tissue beneath the chin; Young's modulus, Pa
 LID, LID_STIFFNESS, LID_REACH = 5, 2.0e3, 23.0  # layer of the lids, about the eyeball's centre
@@ -39,8 +40,13 @@ CLOSING_ANGLE = 0.68  # radians from the open lid to the lower one
 EPIDERMIS = 1e-4
 
 
-def built_in_head(size: str = "standard") -> Anatomy:
-    """Anatomy of the built-in head; raises InputError for an unknown size."""
+def built_in_head(size: str = "standard", proportions: Proportions = ADULT) -> Anatomy:
+    """Anatomy of the built-in head; raises InputError for an unknown size and for proportions that fold it."""
+    return reshaped(sculpted_head(size), proportions)
+
+
+def sculpted_head(size: str) -> Anatomy:
+    """Built-in head as it is sculpted, whose proportions are near those of an adult."""
     if size not in SIZES:
         raise InputError(f"size {size!r} of the built-in head is not known; choose one of {', '.join(SIZES)}")
     sheet = face_sheet(SIZES[size])

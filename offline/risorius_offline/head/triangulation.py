@@ -23,6 +23,7 @@ LARGEST_MOVE = 2.0  # millimetres a step
 INSIDE = -2e-3  # millimetres within which a triangle's centre counts as outside
 STENCIL = 0.4  # millimetres
 FLIP_SWEEPS = 4
+FLATTEST = np.radians(145.0)  # angle of a triangle on the boundary
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class Region:
     """Part of a plane, mapped into space.
 
     outline: signed distance (n,) of plane points (n, 2), negative inside. to_space: (n, 2) -> (n, 3).
-    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes on the boundary. box: lower and upper
-    corner. cell: spacing of the lattice that nodes start from.
+    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes on the boundary. box: lower and
+    upper corner. cell: spacing of the lattice that nodes start from.
     """
 
     outline: Callable[[FloatArray], FloatArray]
@@ -52,8 +53,27 @@ def triangulate(region: Region, seed: int = 0) -> tuple[FloatArray, IntArray]:
             edges = _edges(triangles)
         nodes[fixed:] += RELAXATION * _pulled_back(region, nodes, edges)[fixed:]
         _return_inside(region, nodes, fixed)
-    triangles = _triangles(region, nodes)
-    return nodes, triangles
+    return nodes, _without_flat_ones(region, nodes, _triangles(region, nodes), fixed)
+
+
+def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, fixed: int) -> IntArray:
+    """Triangles without those flat on the free boundary, to which their obtuse corner moves."""
+    points = region.to_space(nodes)
+    flat = np.zeros(len(triangles), dtype=bool)
+    for turned in (triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]):
+        corner, one, other = turned.T
+        obtuse = _angle(points, corner, one, other) > FLATTEST
+        found = obtuse & _single(triangles, one, other) & (corner >= fixed) & (np.maximum(one, other) >= fixed)
+        _to_outline(region, nodes, corner[found])
+        flat |= found
+    return triangles[~flat]
+
+
+def _single(triangles: IntArray, start: IntArray, end: IntArray) -> npt.NDArray[np.bool_]:
+    """Flags (m,) of directed edges that no triangle has the other way."""
+    size = triangles.max() + 1
+    result: npt.NDArray[np.bool_] = ~np.isin(end * size + start, triangles * size + triangles[:, [1, 2, 0]])
+    return result
 
 
 def _scattered(region: Region, seed: int) -> FloatArray:
@@ -76,8 +96,8 @@ def _stretch(region: Region, nodes: FloatArray) -> tuple[FloatArray, FloatArray]
     """Derivatives (n, 3) of the map by u and by v."""
     here = region.to_space(nodes)
     return (
-        (region.to_space(nodes + [STENCIL, 0.0]) - here) / STENCIL,
-        (region.to_space(nodes + [0.0, STENCIL]) - here) / STENCIL,
+        (region.to_space(nodes + np.array([STENCIL, 0.0])) - here) / STENCIL,
+        (region.to_space(nodes + np.array([0.0, STENCIL])) - here) / STENCIL,
     )
 
 
@@ -106,11 +126,15 @@ def _return_inside(region: Region, nodes: FloatArray, fixed: int) -> None:
     away = region.outline(nodes)
     out = np.flatnonzero(away > 0.0)
     out = out[out >= fixed]
-    if not len(out):
-        return
-    step = 1e-3
-    slope = np.column_stack([(region.outline(nodes[out] + shift) - away[out]) / step for shift in step * np.eye(2)])
-    nodes[out] -= away[out, None] * slope / np.maximum((slope**2).sum(1, keepdims=True), 1e-6)
+    if len(out):
+        _to_outline(region, nodes, out)
+
+
+def _to_outline(region: Region, nodes: FloatArray, which: IntArray) -> None:
+    """Move nodes along the slope of the distance to the outline."""
+    step, away = 1e-3, region.outline(nodes[which])
+    slope = np.column_stack([(region.outline(nodes[which] + shift) - away) / step for shift in step * np.eye(2)])
+    nodes[which] -= away[:, None] * slope / np.maximum((slope**2).sum(1, keepdims=True), 1e-6)
 
 
 def _triangles(region: Region, nodes: FloatArray) -> IntArray:
