@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parent.parent
 RISORIUS = Path(sys.executable).with_name("risorius")
-SNAPSHOTS, HELD_OUT = 40, 8
+SNAPSHOTS, HELD_OUT = 104, 10  # all single actions and named expressions of the head
 RATE_HZ = 60.0
 LATENCIES_KEPT = 10_000
 HEADLESS_SECONDS = 12.0
