@@ -57,7 +57,7 @@ def triangulate(region: Region, seed: int = 0) -> tuple[FloatArray, IntArray]:
 
 
 def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, fixed: int) -> IntArray:
-    """Triangles without those flat on the free boundary, to which their obtuse corner moves."""
+    """Triangles without those flat on the free boundary, to which their obtuse corner moves; nodes are changed."""
     points = region.to_space(nodes)
     flat = np.zeros(len(triangles), dtype=bool)
     for turned in (triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]):
@@ -66,7 +66,7 @@ def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, f
         found = obtuse & _single(triangles, one, other) & (corner >= fixed) & (np.maximum(one, other) >= fixed)
         _to_outline(region, nodes, corner[found])
         flat |= found
-    return triangles[~flat]
+    return _without_flat_ones(region, nodes, triangles[~flat], fixed) if flat.any() else triangles
 
 
 def _single(triangles: IntArray, start: IntArray, end: IntArray) -> npt.NDArray[np.bool_]:
