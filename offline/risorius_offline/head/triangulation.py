@@ -66,7 +66,7 @@ def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, f
         found = obtuse & _single(triangles, one, other) & (corner >= fixed) & (np.maximum(one, other) >= fixed)
         _to_outline(region, nodes, corner[found])
         flat |= found
-    return _without_flat_ones(region, nodes, triangles[~flat], fixed) if flat.any() else triangles
+    return triangles[~flat]
 
 
 def _single(triangles: IntArray, start: IntArray, end: IntArray) -> npt.NDArray[np.bool_]:

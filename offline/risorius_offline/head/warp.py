@@ -84,7 +84,7 @@ class Warp:
 
     @cached_property
     def _eye_scale(self) -> float:
-        """Of the eyeball: less than a wide fissure asks for, but all that a narrow one does, or it would pierce lids."""
+        """Of the eyeball: less than a wide fissure asks for, all that a narrow one does, or it would pierce the lids."""
         return min(self._fissure, math.sqrt(self._fissure))
 
     @cached_property
