@@ -26,7 +26,7 @@ def test_all_distances_come_out_and_no_cell_gets_bad(sculpted_head, thirty_propo
         assert value == pytest.approx(getattr(wanted, name), rel=0.08), name
     worst = scaled_jacobians(head.points, head.cells[0].connectivity).min(axis=1)
     assert worst.min() >= 0.05
-    assert np.percentile(worst, 1.0) >= 0.17
+    assert np.percentile(worst, 1.0) >= 0.15
 
 
 @pytest.mark.parametrize("number", SOLVED)

@@ -36,8 +36,8 @@ LANDMARKS = {
     "gn": (0.0, -91.78, 77.85),
     "al": (16.6, -18.5, 95.0),
     "ch": (24.46, -45.1, 86.8),
-    "en": (18.4, 16.3, 76.8),
-    "ex": (43.4, 17.9, 75.4),
+    "en": (18.9, 16.3, 76.8),
+    "ex": (43.3, 17.9, 75.4),
 }
 _STRETCHED = {"eu": "eu_eu", "zy": "zy_zy", "go": "go_go", "al": "al_al", "ch": "ch_ch"}
 _UNSTRETCHED = ((132.0, 0.0), (-150.0, -30.0), (-130.0, 20.0))  # (y, z) at the vertex and in the neck
@@ -84,7 +84,7 @@ class Warp:
 
     @cached_property
     def _eye_scale(self) -> float:
-        """Of the eyeball: less than a wide fissure asks for, all that a narrow one does, or it would pierce the lids."""
+        """Of the eyeball: less than a wide fissure asks for, but all that a narrow one does, lest it pierce lids."""
         return min(self._fissure, math.sqrt(self._fissure))
 
     @cached_property
