@@ -51,7 +51,7 @@ def test_two_builds_are_the_same_to_the_last_bit(adult_head):
 
 
 def test_unknown_size_is_named_with_those_that_there_are():
-    with pytest.raises(InputError, match="size 'huge'.*draft, standard, fine"):
+    with pytest.raises(InputError, match=r"size 'huge'.*draft, standard, fine"):
         built_in_head("huge")
 
 

@@ -1,7 +1,8 @@
 """What the deep side of the face is held by: skull, mandible, lid plates, or nothing.
 
 Regions are told by the place of the deep node in the frame of `skin.py`, millimetres. Free are lips and cheeks in front
-of teeth and gums, the wings of the nose, the lids and the floor of the mouth with the neck (the seed's natural boundary).
+of teeth and gums, the wings of the nose, the lids and the floor of the mouth with the neck (the seed's natural
+boundary).
 """
 
 from __future__ import annotations
@@ -43,7 +44,10 @@ class Attachments:
 
 
 def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> Attachments:
-    """Attachments of deep nodes (n, 3); to_rim (n,): distance to the held rim of the sheet; margins (k, 3) of the left upper lid."""
+    """Attachments of deep nodes (n, 3).
+
+    to_rim (n,): distance to the held rim of the sheet. margins (k, 3): of the left upper lid.
+    """
     x, y, z = np.abs(deep[:, 0]), deep[:, 1], deep[:, 2]
     to_eye = np.linalg.norm(np.column_stack([x, y, z]) - np.asarray(EYE_CENTRE), axis=1)
     orbit = to_eye < ORBIT

@@ -40,6 +40,7 @@ class Ellipsoid:
     pitch: float = 0.0
 
     def distance(self, points: FloatArray) -> FloatArray:
+        """Values (n,) at points (n, 3)."""
         local = (points - np.asarray(self.centre)) @ self._rotation
         radii = np.asarray(self.radii)
         scaled = np.linalg.norm(local / radii, axis=1)
@@ -64,6 +65,7 @@ class Sweep:
     radii: tuple[float, ...]
 
     def distance(self, points: FloatArray) -> FloatArray:
+        """Values (n,) at points (n, 3)."""
         curve, radii = self._curve
         result = np.full(len(points), np.inf)
         for a, b, start, end in zip(curve[:-1], curve[1:], radii[:-1], radii[1:], strict=True):

@@ -21,7 +21,7 @@ PIECES = 12
 
 @dataclass(frozen=True)
 class Course:
-    """Left half of a muscle. radius: of the tissue about each line, millimetres. stress: at full activation, pascals."""
+    """Left half of a muscle. radius: of the tissue about each line, mm. stress: at full activation, pascals."""
 
     name: str
     radius: float
@@ -93,9 +93,11 @@ COURSES = (
         ((13, 19, 84, 0.2), (16, 31, 86, 0.5), (29, 37, 84, 0.6), (44, 32, 74, 0.6), (50, 17, 64, 0.6)),
         ((13, 15, 84, 0.2), (17, 1, 84, 0.5), (31, -5, 80, 0.6), (44, 1, 70, 0.6), (50, 16, 64, 0.6)))),
     Course("frontalis_medialis", 5.0, 0.38 * STRESS, (
-        ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)), ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
+        ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)),
+        ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
     Course("frontalis_lateralis", 5.0, 0.24 * STRESS, (
-        ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)), ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
+        ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)),
+        ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
     Course("corrugator_supercilii", 2.5, 1.2 * STRESS, (
         ((7, 29.5, 90, 0.05), (16, 33.5, 90, 0.4), (27, 37, 86, 0.75)),)),
     Course("depressor_supercilii", 2.0, 0.4 * STRESS, (

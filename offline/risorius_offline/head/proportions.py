@@ -3,8 +3,8 @@
 Landmarks, on the skin unless said otherwise: eu, the cranium's widest point; zy, the widest point of the zygomatic
 arch; go, the angle of the mandible, on the bone; g, midline between the brows; op, the cranium's most posterior point;
 n, the deepest point of the nasal root; sn, the deepest midline point between nose and upper lip; gn, the lowest midline
-point of the chin; al, where the nostril's wing is most sagittal; ch, the corner of the mouth; en and ex, inner and outer
-corner of the lids, half way between eyeball and skin.
+point of the chin; al, where the nostril's wing is most sagittal; ch, the corner of the mouth; en and ex, inner and
+outer corner of the lids, half way between eyeball and skin.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Norm(NamedTuple):
     deviation: float
 
 
-# Means: rounded after Farkas 1994, both sexes together. Deviations: ours; docs/head.md says what they were compared with.
+# Means: rounded after Farkas 1994, both sexes together. Deviations: ours (docs/head.md).
 NORMS = {
     "eu_eu": Norm(0.150, 0.006),
     "zy_zy": Norm(0.136, 0.005),
@@ -44,9 +44,9 @@ NORMS = {
 class Proportions:
     """Distances in metres between the landmarks of a symmetric head; by default those of the mean adult.
 
-    eu_eu: width of the cranium. zy_zy: of the face. go_go: of the mandible, on the bone. g_op: length of the head. n_gn:
-    height of the face. sn_gn: of its lower part. al_al: width of the nose. ch_ch: of the mouth. en_en, ex_ex: between
-    the inner and between the outer corners of the eyes. Raises InputError beyond four standard deviations.
+    eu_eu: width of the cranium. zy_zy: of the face. go_go: of the mandible, on the bone. g_op: length of the head.
+    n_gn: height of the face. sn_gn: of its lower part. al_al: width of the nose. ch_ch: of the mouth. en_en, ex_ex:
+    between the inner and between the outer corners of the eyes. Raises InputError beyond four standard deviations.
     """
 
     eu_eu: float = NORMS["eu_eu"].mean

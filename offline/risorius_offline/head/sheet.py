@@ -107,7 +107,7 @@ def _evenly(line, to_space, spacing) -> FloatArray:  # type: ignore[no-untyped-d
     points = to_space(line)
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     passed = np.concatenate([[0.0], np.cumsum(length / spacing(0.5 * (points[1:] + points[:-1])))])
-    at = np.linspace(0.0, passed[-1], max(int(round(passed[-1])), 2) + 1)
+    at = np.linspace(0.0, passed[-1], max(round(passed[-1]), 2) + 1)
     return np.column_stack([np.interp(at, passed, line[:, k]) for k in (0, 1)])
 
 

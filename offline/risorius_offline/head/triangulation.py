@@ -57,7 +57,7 @@ def triangulate(region: Region, seed: int = 0) -> tuple[FloatArray, IntArray]:
 
 
 def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, fixed: int) -> IntArray:
-    """Triangles without those flat on the free boundary, to which their obtuse corner moves."""
+    """Triangles without those flat on the free boundary, to which their obtuse corner moves; nodes are changed."""
     points = region.to_space(nodes)
     flat = np.zeros(len(triangles), dtype=bool)
     for turned in (triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]):

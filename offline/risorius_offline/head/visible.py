@@ -1,6 +1,7 @@
 """The visible skin of the built-in head: a finer surface on the mesh, laid back onto the sculpture at rest.
 
-It takes in the skin and the faces through the thickness of lips and lids, so that an open mouth shows lips, not a sheet.
+It takes in the skin and the faces through the thickness of lips and lids, so that an open mouth shows lips, not a
+sheet.
 """
 
 from __future__ import annotations

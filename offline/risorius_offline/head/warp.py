@@ -5,9 +5,9 @@ the other two are: none of the three can fold. Away from the eyes they are
 
     y' = h(y),  x' = x exp(f(y', z)),  z' = d(z);
 
-about each eyeball heights and depths pass over into scaling by one factor, so that lids turn about its centre as before,
-and widths into scaling by the factor of the palpebral fissure. The eyeball itself stays a sphere. All lengths in
-millimetres.
+about each eyeball heights and depths pass over into scaling by one factor, so that lids turn about its centre as
+before, and widths into scaling by the factor of the palpebral fissure. The eyeball itself stays a sphere. All lengths
+in millimetres.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ LANDMARKS = {
     "gn": (0.0, -91.78, 77.85),
     "al": (16.6, -18.5, 95.0),
     "ch": (24.46, -45.1, 86.8),
-    "en": (18.4, 16.3, 76.8),
-    "ex": (43.4, 17.9, 75.4),
+    "en": (18.9, 16.3, 76.8),
+    "ex": (43.3, 17.9, 75.4),
 }
 _STRETCHED = {"eu": "eu_eu", "zy": "zy_zy", "go": "go_go", "al": "al_al", "ch": "ch_ch"}
 _UNSTRETCHED = ((132.0, 0.0), (-150.0, -30.0), (-130.0, 20.0))  # (y, z) at the vertex and in the neck
@@ -84,7 +84,7 @@ class Warp:
 
     @cached_property
     def _eye_scale(self) -> float:
-        """Of the eyeball: less than a wide fissure asks for; as much as a narrow one does, or it would pierce the lids."""
+        """Of the eyeball: less than a wide fissure asks for, but all that a narrow one does, lest it pierce lids."""
         return min(self._fissure, math.sqrt(self._fissure))
 
     @cached_property
@@ -142,7 +142,8 @@ class Warp:
         own = np.column_stack([self._new_heights(*old.T), old[:, 2]])
         places = np.concatenate([own, _UNSTRETCHED])
         values = np.concatenate([np.log(new / old[:, 0]), np.zeros(len(_UNSTRETCHED))])
-        return places, np.linalg.solve(_weights(*places.T, places), values)
+        weights = _weights(places[:, 0], places[:, 1], places)
+        return places, np.linalg.solve(weights, values)
 
     def _half(self, field: str) -> float:
         return 0.5e3 * float(getattr(self.proportions, field))
