@@ -20,9 +20,9 @@ from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.head import built_in_head
+from risorius_offline.head.head import SELLION
 from risorius_offline.head.openings import LIP_LINE, lid_margins
 from risorius_offline.head.skull import INCISAL_EDGE
-from risorius_offline.head.head import SELLION
 
 PLACES = {
     "corner of the mouth": LIP_LINE[-1],
