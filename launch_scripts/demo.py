@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parent.parent
 RISORIUS = Path(sys.executable).with_name("risorius")
-SNAPSHOTS, HELD_OUT = 40, 8
+SNAPSHOTS, HELD_OUT = 104, 10  # all single actions and named expressions of the head
 RATE_HZ = 60.0
 LATENCIES_KEPT = 10_000
 HEADLESS_SECONDS = 12.0
@@ -47,7 +47,7 @@ def parsed_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="launch_scripts/demo", description=__doc__)
     parser.add_argument("--seconds", type=float, help="stop after this time; until Ctrl-C unless given")
     parser.add_argument("--headless", action="store_true", help="write pictures of what the node publishes")
-    parser.add_argument("--source", help="`builtin` or an anatomy folder; the published face where there is one")
+    parser.add_argument("--source", default="builtin-draft", help="as of `risorius train`; by default %(default)s")
     parser.add_argument("--output", type=Path, default=ROOT / "demo_output", help="folder of model and pictures")
     arguments = parser.parse_args()
     if arguments.seconds is not None and not 0.0 < arguments.seconds < float("inf"):
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from risorius.expressions import expression_loop
 
     try:
-        path, model = trained_model(arguments.source or default_source(), arguments.output)
+        path, model = trained_model(arguments.source, arguments.output)
         loop = expression_loop(model.inputs.names)
         if has_rclpy():
             pictures = play_on_node(path, loop, arguments.seconds)
@@ -71,17 +71,11 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             return view_without_node(path, arguments.seconds)
         if arguments.headless:
-            draw(pictures, model, arguments.output)
+            draw(pictures, loop, model, arguments.output)
     except Error as error:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
     return 0
-
-
-def default_source() -> str:
-    anatomies = Path(os.environ.get("RISORIUS_ANATOMY_DIR", ROOT.parent / "shared" / "anatomy"))
-    face = anatomies / "artisynth_face"
-    return str(face) if face.is_dir() else "builtin"
 
 
 def trained_model(source: str, folder: Path) -> tuple[Path, ReducedModel]:
@@ -96,6 +90,7 @@ def trained_model(source: str, folder: Path) -> tuple[Path, ReducedModel]:
             return path, risorius.load(path)
         except risorius.FileFormatError as error:
             say(str(error))
+            path.with_suffix(".snapshots.h5").unlink(missing_ok=True)  # of the same old release
     command = [RISORIUS, "train", source, "-o", path, "--snapshots", SNAPSHOTS, "--held-out", HELD_OUT]
     with running(command) as training:
         code = training.wait()
@@ -206,16 +201,27 @@ def full_expressions(loop: ExpressionLoop, seconds: float) -> list[tuple[int, st
     return [(int(middle * RATE_HZ), loop.expression(middle).name) for middle in middles if middle < seconds]
 
 
-def draw(pictures: dict[str, Any], model: ReducedModel, folder: Path) -> None:
+def draw(pictures: dict[str, Any], loop: ExpressionLoop, model: ReducedModel, folder: Path) -> None:
     """Write the pictures; raises risorius.Error when there are none."""
     from risorius import Error
+    from risorius.companion import posed_companions
     from risorius.picture import draw_face, save_png
 
     if not pictures:
         raise Error("no mesh came back in time for a picture; give more --seconds")
+    weights = {expression.name: expression.weights for expression in loop.expressions}
     for number, (name, vertices) in enumerate(pictures.items(), start=1):
         path = folder / f"{number:02}_{name.replace(' ', '_')}.png"
-        save_png(path, draw_face(vertices, model.triangles, keep_in_view=model.rest_vertices))
+        parameters = model.inputs.to_parameters(model.inputs.weights(weights[name]))
+        lifts = model.poses.lift_coordinates(parameters[len(model.inputs.muscles) :])
+        picture = draw_face(
+            vertices,
+            model.triangles,
+            keep_in_view=model.rest_vertices,
+            colours=model.colours,
+            companions=posed_companions(model.companions, model.poses, lifts),
+        )
+        save_png(path, picture)
         say(f"wrote {path}")
 
 

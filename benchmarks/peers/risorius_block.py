@@ -52,4 +52,4 @@ def _model(block: Block, solver: str) -> FullModel:
         muscles=(),
         jaw_motion=JawMotion((0.0, 0.0, 0.0), 0.0, 0.0, 0.0, sideways_slide=DRAG),
     )
-    return FullModel(anatomy, mean_dilatation=False, solver=solver)
+    return FullModel(anatomy, mean_dilatation=False, walled=False, solver=solver)

@@ -13,6 +13,7 @@ import numpy as np
 import pyvista
 
 from risorius_offline.anatomy import Anatomy, load_source
+from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
 
@@ -29,7 +30,7 @@ def main() -> None:
     parameters = inputs.to_parameters(inputs.weights({}), MUSCLES)
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 4.6), layout="constrained")
     for axis, contact in zip(axes, (False, True), strict=True):
-        model = EffectChoice(contact=contact).model(anatomy)
+        model = EffectChoice(contact=ContactChoice.FULL if contact else ContactChoice.NONE).model(anatomy)
         draw(axis, anatomy, EquilibriumSolver(model).solve(parameters).u)
         axis.set_title("with contact" if contact else "without contact")
     figure.savefig(Path(__file__).with_name("contact.png"), dpi=110)

@@ -132,29 +132,48 @@ class Discretisation:
     @cached_property
     def pattern(self) -> sp.csr_matrix:
         """Upper triangle (rows <= columns) of the tangent over all components, with zero entries."""
-        rows, columns = [], []
-        for block in self.blocks:
-            dofs = _dofs(block.cells.connectivity)
-            upper = np.broadcast_to(dofs[:, :, None] <= dofs[:, None, :], (*dofs.shape, dofs.shape[1]))
-            rows.append(np.broadcast_to(dofs[:, :, None], upper.shape)[upper])
-            columns.append(np.broadcast_to(dofs[:, None, :], upper.shape)[upper])
-        row, column = np.concatenate(rows), np.concatenate(columns)
-        matrix = sp.csr_matrix((np.zeros(len(row)), (row, column)), shape=(self.dof_count, self.dof_count))
-        matrix.sort_indices()
-        return matrix
+        # A node's neighbours, itself the first, have three columns each; its row i lacks the first i of all these.
+        lengths = np.diff(self._row_starts)
+        columns = (3 * (self._pairs % len(self.points))[:, None] + np.arange(3)).ravel()
+        row, component = np.divmod(np.arange(self.dof_count), 3)
+        first = 3 * self._pair_starts[row] + component
+        places = np.arange(self._row_starts[-1]) + np.repeat(first - self._row_starts[:-1], lengths)
+        shape = (self.dof_count, self.dof_count)
+        return sp.csr_matrix((np.zeros(len(places)), columns[places], self._row_starts), shape=shape)
 
     @cached_property
     def scatter(self) -> tuple[npt.NDArray[np.int32], ...]:
         """Per block (e, 3 a, 3 a): position in the pattern's data of every entry, -1 below the diagonal."""
-        key = self._keys(np.repeat(np.arange(self.dof_count), np.diff(self.pattern.indptr)), self.pattern.indices)
-        tables = []
+        return tuple(self._positions(block.cells.connectivity) for block in self.blocks)
+
+    def _positions(self, connectivity: IntArray) -> npt.NDArray[np.int32]:
+        dofs, component = _dofs(connectivity), np.tile(np.arange(3), connectivity.shape[1])
+        rows, columns = connectivity[:, :, None], connectivity[:, None, :]
+        neighbours = np.searchsorted(self._pairs, rows * len(self.points) + columns) - self._pair_starts[rows]
+        positions = 3 * np.repeat(np.repeat(neighbours, 3, axis=1), 3, axis=2)
+        positions += (self._row_starts[dofs] - component)[:, :, None] + component
+        positions[dofs[:, :, None] > dofs[:, None, :]] = -1
+        return positions.astype(np.int32)
+
+    @cached_property
+    def _pairs(self) -> IntArray:
+        """Sorted keys A n + B of the nodes A <= B that share a cell."""
+        keys = []
         for block in self.blocks:
-            dofs = _dofs(block.cells.connectivity)
-            wanted = self._keys(dofs[:, :, None], dofs[:, None, :])
-            position = np.searchsorted(key, wanted).astype(np.int32)
-            position[dofs[:, :, None] > dofs[:, None, :]] = -1
-            tables.append(position)
-        return tuple(tables)
+            a, b = block.cells.connectivity[:, :, None], block.cells.connectivity[:, None, :]
+            keys.append((a * len(self.points) + b)[a <= b])
+        return np.unique(np.concatenate(keys))
+
+    @cached_property
+    def _pair_starts(self) -> IntArray:
+        """(n + 1,) where the keys of a node begin."""
+        return np.searchsorted(self._pairs, np.arange(len(self.points) + 1) * len(self.points))
+
+    @cached_property
+    def _row_starts(self) -> IntArray:
+        """(3 n + 1,) where the rows of the pattern begin."""
+        lengths = np.maximum(3 * np.diff(self._pair_starts)[:, None] - np.arange(3), 0).ravel()
+        return np.concatenate([[0], np.cumsum(lengths)])
 
     @cached_property
     def nodal_volumes(self) -> FloatArray:
@@ -176,9 +195,6 @@ class Discretisation:
             shares = block.weights @ block.cells.element.shape_functions(block.cells.element.points)
             np.add.at(volumes, block.cells.connectivity, shares)
         return volumes
-
-    def _keys(self, rows: npt.ArrayLike, columns: npt.ArrayLike) -> IntArray:
-        return np.asarray(rows, dtype=np.int64) * self.dof_count + np.asarray(columns, dtype=np.int64)
 
 
 def _dofs(connectivity: IntArray) -> IntArray:

@@ -10,6 +10,7 @@ from typing import Any
 from risorius.errors import InputError
 from risorius.mechanics.fibres import HILL, PROPORTIONAL
 from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.effects.effect import Effect
@@ -18,17 +19,21 @@ from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.full_model import FullModel
 
+# Of bones, metres: lips press with up to some 5 kPa, and then come 0.3 mm nearer than at rest. A third of it doubles
+# the Newton iterations.
+GAP_TOLERANCE = 1e-3
+
 
 @dataclass(frozen=True)
 class EffectChoice:
     """What is off is absent and costs nothing.
 
-    contact: lips and cheeks slide on teeth, bones and each other; off is the seed's natural boundary. gravity: m/s2 in
-    our axes (y up), as it acts on a face whose shape was taken upright; None is upright. prestress: of the skin at
-    rest, pascals. force_length: muscles after Hill's curve instead of stress in proportion to stretch.
+    contact: lips and cheeks slide on teeth and bones, and on each other; none is the seed's natural boundary.
+    gravity: m/s2 in our axes (y up), as it acts on a face whose shape was taken upright; None is upright. prestress:
+    of the skin at rest, pascals. force_length: muscles after Hill's curve instead of stress in proportion to stretch.
     """
 
-    contact: bool = False
+    contact: ContactChoice = ContactChoice.NONE
     gravity: tuple[float, float, float] | None = None
     prestress: float = 0.0
     force_length: bool = False
@@ -44,8 +49,10 @@ class EffectChoice:
     def model(self, anatomy: Anatomy) -> FullModel:
         """Full model of an anatomy with these effects; raises InputError for contact without bones."""
         effects: list[Effect] = []
-        if self.contact:
-            effects += [BoneContact(anatomy), LipContact(anatomy)]
+        if self.contact != ContactChoice.NONE:
+            effects.append(BoneContact(anatomy, GAP_TOLERANCE))
+        if self.contact == ContactChoice.FULL:
+            effects.append(LipContact(anatomy))
         if self.gravity is not None:
             effects.append(gravity(Discretisation(anatomy.points, anatomy.cells), self.gravity, UPRIGHT))
         if self.prestress:

@@ -14,10 +14,11 @@ from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
 from risorius_offline.full_model import FullModel
 from risorius_offline.newton import GuardedNewton, SolverReport
+from risorius_offline.prediction import Predictor
 from risorius_offline.stability import way_down
 
 # Load steps before the last only lead there.
-TOLERANCE_ON_THE_WAY = 1e-2
+TOLERANCE_ON_THE_WAY = 1e-1
 # Of the whole way, what contact may shorten a load step to; shorter ones cost five times the iterations.
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
@@ -72,15 +73,16 @@ class EquilibriumSolver:
         state = start or self.rest()
         target = self._checked(parameters)
         report = SolverReport()
-        done, step = 0.0, 1.0
+        done, step, predictor = 0.0, 1.0, None
         while done < 1.0:
             self.model.set_parameters(state.parameters)
             step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
-            predicted = self.model.follow_bones(state.u, state.parameters, aim)
-            self.model.set_parameters(aim)
-            at_the_end = aim is target
-            u = self._minimum(predicted, report) if at_the_end else on_the_way.minimise(self.model, predicted, report)
+            predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
+            guess, u, at_the_end = predictor.predict(aim), None, aim is target
+            if guess is not None:
+                u = self._minimum(guess, report) if at_the_end else on_the_way.minimise(self.model, guess, report)
+                predictor = None
             if u is not None:
                 state = Equilibrium(aim, u)
                 done = 1.0 if at_the_end else done + step

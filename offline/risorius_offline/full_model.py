@@ -19,8 +19,10 @@ from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import SOLVERS, default_solver
 from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
+from risorius_offline.tangents import TRUE, Projection, Tangents
 from risorius_offline.tissue import Tissue
 from risorius_offline.unit_strain import UnitStrain
+from risorius_offline.wall import walls
 
 # A body strained less than this is as good as at rest.
 STRAIN_OF_REST = 1e-6
@@ -31,7 +33,8 @@ class FullModel:
 
     effects: further terms of the energy. fibre_law: of `mechanics.fibres`; HILL is the muscles' force-length relation.
     mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
-    locking. solver: a name in `linear_solver.SOLVERS`.
+    locking. walled: J > 0 everywhere in a cell, at a little energy where it is squeezed below half its volume; without,
+    J > 0 holds at quadrature points. solver: a name in `linear_solver.SOLVERS`.
     """
 
     def __init__(
@@ -41,6 +44,7 @@ class FullModel:
         *,
         fibre_law: int = PROPORTIONAL,
         mean_dilatation: bool = True,
+        walled: bool = True,
         solver: str | None = None,
     ) -> None:
         self.anatomy = anatomy
@@ -53,6 +57,7 @@ class FullModel:
         self._fibres_in_tissue = fibre_law == PROPORTIONAL
         tensors = active_tensors(self.discretisation, points, self.muscle_count)
         self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
+        self.walls = walls(self.discretisation, anatomy.materials) if walled else ()
         self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
         self._unit_motions = anatomy.unit_motions()
         prescribed = anatomy.prescribed
@@ -104,6 +109,7 @@ class FullModel:
         total = self.tissue.energy(u)[0] + self._dead_load.energy(u)
         if not np.isfinite(total):
             return total
+        total += sum(wall.energy(u) for wall in self.walls)
         if not self._fibres_in_tissue:
             total += self.fibres.energy(u, self._activations)
         return total + sum(effect.energy(u) for effect in self.effects)
@@ -113,29 +119,26 @@ class FullModel:
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
         total += self._dead_load.add_forces(u, forces)
+        total += sum(wall.add_forces(u, forces) for wall in self.walls)
         if not self._fibres_in_tissue:
             total += self.fibres.add_forces(u, self._activations, forces)
         for effect in self.effects:
             total += effect.add_forces(u, forces)
         return total, smallest, forces
 
-    def tangent(self, u: FloatArray, *, projection: float = 0.0) -> tuple[FloatArray, list[NodeBlocks]]:
-        """Second derivatives of the energy at u: values in `discretisation.pattern`, and node blocks of the effects.
+    def tangents(self, u: FloatArray) -> Tangents:
+        """Second derivatives of the energy at u in all projections; u and the parameters must not change meanwhile."""
+        return Tangents(
+            lambda project: self._wall_tangent(u, project), lambda project: self._tangent_beside_walls(u, project)
+        )
 
-        projection: 0 for the true ones, 1 for ones made of positive semi-definite pieces, a mixture in between.
-        """
-        values, blocks = np.zeros(self.discretisation.pattern.nnz), []
-        for share, project in ((1.0 - projection, False), (projection, True)):
-            if share == 0.0:
-                continue
-            values += share * self._element_tangent(u, project)
-            derivatives = [effect.second_derivatives(u, project=project) for effect in self.effects]
-            blocks += [NodeBlocks(block.nodes, share * block.matrices) for block in derivatives]
-        return values, blocks
+    def tangent(self, u: FloatArray, projection: Projection = TRUE) -> tuple[FloatArray, list[NodeBlocks]]:
+        """Second derivatives of the energy at u: values in `discretisation.pattern`, and node blocks of the effects."""
+        return self.tangents(u).mixed(projection)
 
-    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
-        """Factorise the free part of the tangent at u; raises NotPositiveDefiniteError."""
-        self.system.factorise(*self.tangent(u, projection=projection))
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
+        """Factorise the free part of second derivatives; raises NotPositiveDefiniteError."""
+        self.system.factorise(values, blocks)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
@@ -197,11 +200,17 @@ class FullModel:
         blocks = self.discretisation.blocks
         return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
-    def _element_tangent(self, u: FloatArray, project: bool) -> FloatArray:
-        values = self.tissue.tangent(u, project=project)
+    def _wall_tangent(self, u: FloatArray, project: bool) -> FloatArray:
+        values = np.zeros(self.discretisation.pattern.nnz)
+        for wall in self.walls:
+            wall.add_tangent(u, project, values)
+        return values
+
+    def _tangent_beside_walls(self, u: FloatArray, project: bool) -> tuple[FloatArray, list[NodeBlocks]]:
+        values = self.tissue.tangent(u, project=project).copy()
         if not self._fibres_in_tissue:
             self.fibres.add_tangent(u, self._activations, project, values)
-        return values
+        return values, [effect.second_derivatives(u, project=project) for effect in self.effects]
 
     @cached_property
     def _muscle_forces_at_rest(self) -> FloatArray:

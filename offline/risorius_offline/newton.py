@@ -3,11 +3,12 @@
 Directions come from a factorised tangent; when it is not positive definite, as much of its projection (Teran et al.
 2005) is mixed in as it takes: projection alone is too stiff where tissue is about to buckle. A line search on the
 energy (Armijo) never leaves the admissible states: J > 0 at every point, no surface through another. Factors are kept
-while they contract the residual well.
+while they contract the residual well, with what the steps show put into them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,12 +16,17 @@ import numpy as np
 
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
+from risorius_offline.effects.effect import NodeBlocks
 from risorius_offline.linear_solver import NotPositiveDefiniteError
+from risorius_offline.secants import Secants
+from risorius_offline.tangents import PROJECTED, TRUE, Projection, Tangents
 
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
-PROJECTIONS = (0.0, 0.25, 1.0)
+# Tried one after the other. Walls cost little to project, and are often all that is not convex.
+PROJECTIONS = (TRUE, Projection(True, 0.0), Projection(True, 0.25), PROJECTED)
+ONLY_WALLS = 1
 # Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
@@ -43,11 +49,12 @@ class Energy(Protocol):
         """Energy, smallest J and the derivative of the energy (n, 3), newtons."""
         ...
 
-    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
-        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError.
+    def tangents(self, u: FloatArray) -> Tangents:
+        """Second derivatives at u."""
+        ...
 
-        projection: share of their projection in them, 1 for one made of positive semi-definite pieces.
-        """
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
+        """Factorise what `tangents` mix, over the free components; raises NotPositiveDefiniteError."""
         ...
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
@@ -95,7 +102,7 @@ class GuardedNewton:
 
         The report is added to: counts go on, energy, residual and smallest J are those of the last iterate.
         """
-        last_residual, level = np.inf, None
+        last_residual, level, secants = np.inf, None, Secants()
         for _ in range(self.max_iterations):
             value, smallest, forces = energy.forces(u)
             if not np.isfinite(value):
@@ -105,13 +112,15 @@ class GuardedNewton:
             report.energy, report.smallest_jacobian = value, smallest
             if report.residual <= self.tolerance:
                 return u
+            secants.visit(u.reshape(-1)[energy.free], gradient)
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
-            following = _step(energy, u, gradient, value) if contracts_well else None
+            following = _step(energy, u, gradient, value, secants) if contracts_well else None
             if following is None:
                 level = factorise(energy, u, max(level or 0, 1) - 1, report)
                 if level is None:
                     return None
-                following = _step(energy, u, gradient, value)
+                secants.forget()
+                following = _step(energy, u, gradient, value, secants)
             if following is None:
                 return None
             report.iterations += 1
@@ -121,22 +130,25 @@ class GuardedNewton:
 
 def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
+    tangents = energy.tangents(u)
     for trial in range(level, len(PROJECTIONS)):
+        if trial == ONLY_WALLS and not tangents.at_walls:
+            continue
         report.factorisations += 1
         report.projections += trial > 0
         try:
-            energy.factorise(u, projection=PROJECTIONS[trial])
+            energy.factorise(*tangents.mixed(PROJECTIONS[trial]))
             return trial
         except NotPositiveDefiniteError:
             continue
     return None
 
 
-def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float) -> FloatArray | None:
+def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float, secants: Secants) -> FloatArray | None:
     """One step with the factors at hand; None when it does not descend."""
     direction = np.zeros_like(u)
     flat = direction.reshape(-1)
-    flat[energy.free] = -energy.solve(gradient)
+    flat[energy.free] = -secants.solve(energy.solve, gradient)
     slope = float(gradient @ flat[energy.free])
     if slope >= 0.0:
         return None

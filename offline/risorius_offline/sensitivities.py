@@ -26,7 +26,7 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
     parameters, u = equilibrium.parameters, equilibrium.u
     model.set_parameters(parameters)
     try:
-        model.factorise(u)
+        model.factorise(*model.tangent(u))
     except NotPositiveDefiniteError as error:
         raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
     result = np.zeros((len(parameters), *u.shape))

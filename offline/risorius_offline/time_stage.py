@@ -12,13 +12,16 @@ so that M a + C v + dE/du = 0 is where, with w = u - u_anchor, this is stationar
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from risorius.jaw import FloatArray
+from risorius_offline.effects import NodeBlocks
 from risorius_offline.full_model import FullModel
 from risorius_offline.inertia import Inertia
+from risorius_offline.tangents import Tangents
 
 
 @dataclass(frozen=True)
@@ -59,10 +62,13 @@ class StageEnergy:
         energy += float(w @ (0.5 * pull - self._momentum))
         return energy, smallest, forces + self._resistance.reshape(u.shape)
 
-    def factorise(self, u: FloatArray, *, projection: float = 0.0) -> None:
-        """Factorise the second derivatives over the free components; raises NotPositiveDefiniteError."""
-        values, blocks = self._model.tangent(u, projection=projection)
-        self._model.system.factorise(values + self._values, blocks)
+    def tangents(self, u: FloatArray) -> Tangents:
+        """Second derivatives of the model's energy at u, without the quadratic terms."""
+        return self._model.tangents(u)
+
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
+        """Factorise second derivatives with those of the quadratic terms; raises NotPositiveDefiniteError."""
+        self._model.factorise(values + self._values, blocks)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components with the last factors."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from risorius.companion import posed_companions
 from risorius.errors import MissingExtraError
 from risorius.picture import draw_faces
 from risorius.sheets import Face
@@ -28,8 +29,16 @@ def draw_sheet(engine: Engine, faces: Sequence[Face], size: tuple[int, int] = (2
 
     size: (width, height) of each single picture, pixels. Raises what `Engine.evaluate` and `draw_faces` raise.
     """
-    vertices = [engine.evaluate(face.weights, muscles=face.muscles).vertices for face in faces]
-    pictures = draw_faces(vertices, engine.triangles, views=VIEWS, size=size)
+    frames = [engine.evaluate(face.weights, muscles=face.muscles) for face in faces]
+    model = engine.model
+    pictures = draw_faces(
+        [frame.vertices for frame in frames],
+        engine.triangles,
+        views=VIEWS,
+        size=size,
+        colours=model.colours,
+        companions=[posed_companions(model.companions, model.poses, frame.coordinates) for frame in frames],
+    )
     cells = [_labelled(np.concatenate(row, axis=1), face.label) for row, face in zip(pictures, faces, strict=True)]
     columns = math.ceil(len(cells) / math.ceil(len(cells) / COLUMNS))  # as many in every row as can be
     blank = np.full_like(cells[0], _PAPER)

@@ -21,10 +21,10 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LidMotion:
-    """Rigid motion of both upper lids as a function of (upper_lid_L, upper_lid_R) in [-1, 1].
+    """Rigid motion of both upper lids as a function of (upper_lid_L, upper_lid_R) in [-0.3, 1].
 
     centres: of the left and the right eyeball, metres. closing_angle: radians at weight 1, where the eye is closed; at
-    -1 the lid is as far up as closing takes it down.
+    -0.3 it is raised by three tenths of that.
     """
 
     centres: tuple[Point, Point]

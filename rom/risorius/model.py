@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.companion import Companion, read_companions, write_companions
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
 from risorius.inputs import InputTable
 from risorius.poses import Poses
+from risorius.surface import NO_COLOURS, Colours
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -41,10 +43,12 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """Skin vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
+    """Visible vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
 
     rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. basis: (r, n, 3) float32, metres per unit
     coordinate; its first `lifts` fields carry the unit motions of the poses into the skin and are driven exactly.
+    colours: (n, 3) sRGB or NO_COLOURS. companions: rigid things seen with the face, by name; `Companion.posed` moves
+    them by the coordinates of a frame.
     """
 
     name: str
@@ -56,6 +60,8 @@ class ReducedModel:
     evaluators: Mapping[str, Evaluator]
     accuracy: Mapping[str, Accuracy]
     provenance: Mapping[str, Any]
+    colours: Colours = field(default_factory=NO_COLOURS.copy)
+    companions: Mapping[str, Companion] = field(default_factory=dict)
 
     @property
     def lifts(self) -> int:
@@ -71,6 +77,8 @@ class ReducedModel:
             self.poses.write(file)
             file["rest_vertices"] = self.rest_vertices
             file["triangles"] = self.triangles
+            file["colours"] = self.colours
+            write_companions(file, self.companions)
             file.create_dataset("basis", data=self.basis, chunks=True, compression="gzip", shuffle=True)
             for name, evaluator in self.evaluators.items():
                 group = file.create_group(f"evaluators/{name}")
@@ -103,5 +111,7 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         evaluators={name: EVALUATORS[name].read(group) for name, group in groups.items()},
         accuracy={name: Accuracy(**storage.plain_attributes(group)) for name, group in groups.items()},
         provenance=json.loads(file.attrs["provenance"]),
+        colours=file["colours"][()],
+        companions=read_companions(file),
     )
     return model

@@ -16,7 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.companion import Companion
 from risorius.errors import Error, InputError, MissingExtraError
+from risorius.surface import NO_COLOURS, Colours
 
 VIEWS = {"front": (0.0, 0.0), "three-quarter": (-28.0, 4.0), "side": (-90.0, 0.0)}
 """Azimuth and elevation of the camera, degrees; a negative azimuth is on the person's right."""
@@ -40,19 +42,22 @@ def draw_face(
     view: str = "three-quarter",
     size: tuple[int, int] = (900, 900),
     keep_in_view: npt.NDArray[np.floating] | None = None,
+    colours: Colours = NO_COLOURS,
+    companions: Sequence[Companion] = (),
 ) -> npt.NDArray[np.uint8]:
     """Return a picture (height, width, 3) of a face.
 
     vertices: (n, 3) in the model frame (x to the person's left, y up, z out of the face), metres. triangles: (m, 3),
     counter-clockwise seen from outside. view: one of VIEWS. size: (width, height), pixels. keep_in_view: further points
-    (k, 3) that the picture has to have room for, so that several pictures share one camera.
+    (k, 3) that the picture has to have room for, so that several pictures share one camera. colours: of the vertices,
+    or NO_COLOURS. companions: drawn where their points are, whether there is room for them or not.
 
     Raises InputError for a bad view, size or mesh, MissingExtraError without pyvista, Error where nothing can draw.
     """
     _check(vertices, triangles, view, size)
     room = vertices if keep_in_view is None else np.concatenate([vertices, keep_in_view])
     with _studio(size) as plotter:
-        return _picture(plotter, vertices, triangles, room, VIEWS[view])
+        return _picture(plotter, [_solid(vertices, triangles, colours), *companions], room, VIEWS[view])
 
 
 def draw_faces(
@@ -61,16 +66,24 @@ def draw_faces(
     *,
     views: Sequence[str],
     size: tuple[int, int],
+    colours: Colours = NO_COLOURS,
+    companions: Sequence[Sequence[Companion]] = (),
 ) -> list[list[npt.NDArray[np.uint8]]]:
     """Return a picture (height, width, 3) of each face from each view; all from one view share the camera.
 
-    faces: vertices (n, 3) each. Otherwise as `draw_face`, and raises the same.
+    faces: vertices (n, 3) each. companions: of each face, or of none. Otherwise as `draw_face`, and raises the same.
     """
     for vertices, view in itertools.product(faces, views):
         _check(vertices, triangles, view, size)
     room = np.concatenate(faces)
+    beside = companions or [()] * len(faces)
+    solids = [[_solid(face, triangles, colours), *others] for face, others in zip(faces, beside, strict=True)]
     with _studio(size) as plotter:
-        return [[_picture(plotter, vertices, triangles, room, VIEWS[view]) for view in views] for vertices in faces]
+        return [[_picture(plotter, shown, room, VIEWS[view]) for view in views] for shown in solids]
+
+
+def _solid(vertices: npt.NDArray[np.floating], triangles: npt.NDArray[np.integer], colours: Colours) -> Companion:
+    return Companion(np.asarray(vertices, dtype=np.float64), np.asarray(triangles, dtype=np.int64), colours)
 
 
 def save_png(path: Path, picture: npt.NDArray[np.uint8]) -> None:
@@ -122,17 +135,21 @@ def _studio(size: tuple[int, int]) -> Iterator[Any]:
 
 def _picture(
     plotter: Any,
-    vertices: npt.NDArray[np.floating],
-    triangles: npt.NDArray[np.integer],
+    solids: Sequence[Companion],
     room: npt.NDArray[np.floating],
     angles: tuple[float, float],
 ) -> npt.NDArray[np.uint8]:
-    """Draw a face in place of the last one."""
+    """Draw a face and its companions in place of the last ones."""
     from pyvista import PolyData
 
-    mesh = PolyData.from_regular_faces(np.asarray(vertices, dtype=np.float64), np.asarray(triangles))
-    normals = mesh.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False)
-    plotter.add_mesh(normals, name="skin", color=_SKIN, reset_camera=False, render=False, **_SKIN_SHINE)
+    for number, solid in enumerate(solids):
+        mesh = PolyData.from_regular_faces(solid.points, solid.triangles)
+        shown = mesh.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False)
+        paint: dict[str, Any] = {"color": _SKIN}
+        if len(solid.colours):
+            shown["colours"] = solid.colours
+            paint = {"scalars": "colours", "rgb": True}
+        plotter.add_mesh(shown, name=f"solid {number}", reset_camera=False, render=False, **paint, **_SKIN_SHINE)
     width, height = plotter.window_size
     _place_camera(plotter.camera, room, angles, width / height)
     plotter.render()

@@ -21,7 +21,7 @@ from risorius.jaw import FloatArray, JawMotion
 from risorius.lids import LidMotion
 
 POSE_LOWER: Mapping[str, float] = MappingProxyType(
-    {"jaw_open": 0.0, "jaw_forward": -1.0, "jaw_sideways": -1.0, "upper_lid_L": -1.0, "upper_lid_R": -1.0}
+    {"jaw_open": 0.0, "jaw_forward": -1.0, "jaw_sideways": -1.0, "upper_lid_L": -0.3, "upper_lid_R": -0.3}
 )
 """Smallest admissible weight of every pose input; the largest is 1."""
 

@@ -3,93 +3,181 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+import h5py
 import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.companion import Companion, read_companions, write_companions
+from risorius.errors import FileFormatError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
+from risorius.journalled_file import FileReader
 from risorius.poses import Poses
+from risorius.surface import CarriedSurface
 
 SCHEMA = "risorius-snapshots"
-SCHEMA_VERSION = 3
-PER_SAMPLE = ("displacements", "derivatives")  # stored in one compressed chunk a field
+SCHEMA_VERSION = 4
+WAITING, SOLVED, FAILED = 0, 1, 2  # values of samples/state
+# Snapshots that are read at once: 100 000 components of 64 of them take 26 MB.
+BLOCK = 64
+
+
+class Rows(Protocol):
+    """Arrays of one shape, float32, one for each snapshot: in memory, or read from the file when asked for."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of snapshots, then the shape of one."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, rows: Any, /) -> Any:
+        """Array of the given rows: a slice, numbers or flags."""
+        ...
 
 
 @dataclass(frozen=True)
-class SnapshotSet:
-    """Solved snapshots of one anatomy; SI units.
+class Face:
+    """What all snapshots of a file have in common; SI units.
 
-    points (n, 3) nodes at rest; skin (m, 3) triangles of node numbers; nodal_volumes (n,) cubic metres; lift_fields
-    (lifts, n, 3), one for each lift coordinate of the poses; parameters (s, p); displacements (s, n, 3) float32;
-    derivatives (s, p, n, 3) float32, of the displacements by the parameters; held_out (s,): never used for training;
-    smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
+    lift_fields (lifts, n, 3), one for each lift coordinate of the poses.
     """
 
     name: str
     muscles: tuple[str, ...]
     poses: Poses
     points: FloatArray
-    skin: npt.NDArray[np.int64]
+    surface: CarriedSurface
+    companions: Mapping[str, Companion]
     nodal_volumes: FloatArray
     lift_fields: FloatArray
-    parameters: FloatArray
-    displacements: npt.NDArray[np.float32]
-    derivatives: npt.NDArray[np.float32]
-    held_out: npt.NDArray[np.bool_]
-    smallest_jacobians: FloatArray
-    failures: tuple[str, ...]
-    provenance: Mapping[str, Any]
-
-    _ARRAYS = (
-        "points",
-        "skin",
-        "nodal_volumes",
-        "lift_fields",
-        "parameters",
-        "displacements",
-        "derivatives",
-        "held_out",
-        "smallest_jacobians",
-    )
 
     @property
     def inputs(self) -> InputTable:
         """Names of the parameters and of what drives them."""
         return InputTable(self.muscles, self.poses.inputs)
 
-    def save(self, path: str | Path) -> None:
-        """Write the snapshot file; it appears under its name only when complete."""
-        with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
-            file.attrs["name"] = self.name
-            file.attrs["provenance"] = json.dumps(dict(self.provenance), sort_keys=True)
-            file.create_dataset("muscles", data=list(self.muscles), dtype=storage.TEXT)
-            file.create_dataset("failures", data=list(self.failures), dtype=storage.TEXT)
-            self.poses.write(file)
-            for name in self._ARRAYS:
-                values = getattr(self, name)
-                if name not in PER_SAMPLE:
-                    file[name] = values
-                    continue
-                chunk = (*np.ones(values.ndim - 2, int), *values.shape[-2:])
-                file.create_dataset(
-                    name, data=values, chunks=chunk, compression="gzip", compression_opts=1, shuffle=True
-                )
+    def write(self, group: h5py.Group) -> None:
+        """Store all fields, with their checksum."""
+        group.attrs["name"] = self.name
+        group.create_dataset("muscles", data=list(self.muscles), dtype=storage.TEXT)
+        self.poses.write(group)
+        self.surface.write(group.create_group("surface"))
+        write_companions(group, self.companions)
+        for name in ("points", "nodal_volumes", "lift_fields"):
+            group[name] = getattr(self, name)
+        group.attrs["sha256"] = storage.content_checksum(group)
+
+
+@dataclass(frozen=True)
+class SnapshotSet(Face):
+    """Solved snapshots of one face.
+
+    parameters (s, p); kinds: part of the sampling design, of each snapshot; held_out (s,): never used for training;
+    displacements (s, n, 3); derivatives (s, p, n, 3), of the displacements by the parameters, None where they were not
+    kept; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    """
+
+    parameters: FloatArray
+    kinds: tuple[str, ...]
+    held_out: npt.NDArray[np.bool_]
+    displacements: Rows
+    derivatives: Rows | None
+    smallest_jacobians: FloatArray
+    failures: tuple[str, ...]
+    provenance: Mapping[str, Any]
 
     @classmethod
     def load(cls, path: str | Path) -> SnapshotSet:
-        """Read a snapshot file; raises InputError or FileFormatError."""
-        with storage.reading(Path(path), SCHEMA, SCHEMA_VERSION) as file:
+        """Open a snapshot file, also one that is being written: as its last commit left it.
+
+        Displacements and derivatives stay in the file until they are asked for. Raises InputError, FileFormatError.
+        """
+        path = Path(path)
+        with reading(path) as file:
+            group, samples = file["face"], file["samples"]
+            storage.require_checksum(group, path)
+            solved = np.flatnonzero(samples["state"][()] == SOLVED)
+            failed = np.flatnonzero(samples["state"][()] == FAILED)
             return cls(
-                name=str(file.attrs["name"]),
-                muscles=storage.text_list(file["muscles"]),
-                poses=Poses.read(file),
-                failures=storage.text_list(file["failures"]),
+                name=str(group.attrs["name"]),
+                muscles=storage.text_list(group["muscles"]),
+                poses=Poses.read(group),
+                points=group["points"][()],
+                surface=CarriedSurface.read(group["surface"]),
+                companions=read_companions(group),
+                nodal_volumes=group["nodal_volumes"][()],
+                lift_fields=group["lift_fields"][()],
+                parameters=samples["parameters"][()][solved],
+                kinds=tuple(samples["kind"].asstr()[()][solved]),
+                held_out=samples["held_out"][()][solved],
+                displacements=StoredRows(path, "displacements", solved, samples["displacements"].shape[1:]),
+                derivatives=(
+                    StoredRows(path, "derivatives", solved, samples["derivatives"].shape[1:])
+                    if "derivatives" in samples
+                    else None
+                ),
+                smallest_jacobians=samples["report"]["smallest_jacobian"][solved],
+                failures=tuple(samples["failure"].asstr()[()][failed]),
                 provenance=json.loads(file.attrs["provenance"]),
-                **{name: file[name][()] for name in cls._ARRAYS},
             )
+
+
+@dataclass(frozen=True)
+class StoredRows:
+    """Rows of a field of a snapshot file; rows (s,) are the positions there, `each` the shape of one."""
+
+    path: Path
+    field: str
+    rows: npt.NDArray[np.int64]
+    each: tuple[int, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of snapshots, then the shape of one."""
+        return (len(self.rows), *self.each)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, rows: Any, /) -> npt.NDArray[np.float32]:
+        """Read rows: a number, a slice, numbers or flags. Raises FileFormatError where the file is damaged."""
+        wanted = self.rows[rows]
+        result = np.empty((wanted.size, *self.each), np.float32)
+        with reading(self.path) as file:
+            field = file["samples"][self.field]
+            for out, row in zip(result, wanted.reshape(-1), strict=True):
+                try:
+                    field.read_direct(out, np.s_[row])
+                except OSError as error:
+                    raise FileFormatError(
+                        f"{self.path}: {self.field} of snapshot {row} are damaged ({error}); solve the snapshots anew"
+                    ) from error
+        return result.reshape(*wanted.shape, *self.each)
+
+
+def stored_settings(path: Path) -> Mapping[str, Any]:
+    """Return what a run that goes on with a snapshot file has to know. Raises InputError, FileFormatError."""
+    with reading(path) as file:
+        return dict(json.loads(file.attrs["settings"]))
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[h5py.File]:
+    """Open a snapshot file for reading, as its last commit left it.
+
+    Raises InputError when there is none, FileFormatError when it is truncated, damaged, foreign or of another version.
+    """
+    storage.require_file(path)
+    with closing(FileReader(path)) as view, storage.opened(path, view, "r") as file:
+        storage.require_header(file, path, SCHEMA, SCHEMA_VERSION)
+        yield file

@@ -7,12 +7,15 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
 from risorius.errors import Error, FileFormatError, InputError
+
+if TYPE_CHECKING:
+    from risorius.journalled_file import View
 
 UNITS = "SI"
 TEXT = h5py.string_dtype()
@@ -42,11 +45,14 @@ def require_folder_of(path: Path) -> None:
 def writing(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
     """Open a new HDF5 file of a schema; it appears under its name only when complete, with its checksum."""
     with replaced_when_complete(path) as partial, h5py.File(partial, "w") as file:
-        file.attrs["schema"] = schema
-        file.attrs["schema_version"] = version
-        file.attrs["units"] = UNITS
+        write_header(file, schema, version)
         yield file
         file.attrs["sha256"] = content_checksum(file)
+
+
+def write_header(file: h5py.File, schema: str, version: int) -> None:
+    """Store schema, version and units."""
+    file.attrs["schema"], file.attrs["schema_version"], file.attrs["units"] = schema, version, UNITS
 
 
 @contextmanager
@@ -55,47 +61,72 @@ def reading(path: Path, schema: str, version: int) -> Iterator[h5py.File]:
 
     Raises FileFormatError that says what the file is instead, also for a field that turns out to be missing.
     """
+    require_file(path)
+    with opened(path, path, "r") as file:
+        require_header(file, path, schema, version)
+        require_checksum(file, path)
+        yield file
+
+
+def require_file(path: Path) -> None:
+    """Raise InputError when there is no such file."""
     if not path.is_file():
         raise InputError(f"{path}: no such file; `risorius train SOURCE -o {path.name}` makes a model")
+
+
+@contextmanager
+def opened(path: Path, source: Path | View, mode: str) -> Iterator[h5py.File]:
+    """Open `source`, a file or a view of one, as HDF5; errors name `path`.
+
+    Raises FileFormatError when it is not HDF5, or for a field that turns out to be missing.
+    """
     try:
-        file = h5py.File(path, "r")
+        file = h5py.File(source, mode)
     except OSError as error:
         raise FileFormatError(f"{path}: not a readable HDF5 file ({error}); it is truncated or foreign") from error
     with file:
-        found = file.attrs.get("schema")
-        if found != schema:
-            raise FileFormatError(f"{path}: holds {found or 'no Risorius data'}, expected {schema}; give another file")
-        if file.attrs.get("schema_version") != version:
-            raise FileFormatError(
-                f"{path}: schema version {file.attrs.get('schema_version')}, this release reads {version}; "
-                "make the file anew with this release"
-            )
-        if file.attrs.get("units") != UNITS:
-            raise FileFormatError(f"{path}: units {file.attrs.get('units')!r}, expected {UNITS!r}; make the file anew")
-        if file.attrs.get("sha256") != content_checksum(file):
-            raise FileFormatError(f"{path}: checksum differs, the content was damaged; make or copy the file again")
         try:
             yield file
         except KeyError as error:
             raise FileFormatError(f"{path}: field missing: {error.args[0]}; make the file anew") from error
 
 
-def content_checksum(file: h5py.File) -> str:
+def require_header(file: h5py.File, path: Path, schema: str, version: int) -> None:
+    """Raise FileFormatError unless schema, version and units are those expected."""
+    found = file.attrs.get("schema")
+    if found != schema:
+        raise FileFormatError(f"{path}: holds {found or 'no Risorius data'}, expected {schema}; give another file")
+    if file.attrs.get("schema_version") != version:
+        raise FileFormatError(
+            f"{path}: schema version {file.attrs.get('schema_version')}, this release reads {version}; "
+            "make the file anew with this release"
+        )
+    if file.attrs.get("units") != UNITS:
+        raise FileFormatError(f"{path}: units {file.attrs.get('units')!r}, expected {UNITS!r}; make the file anew")
+
+
+def require_checksum(group: h5py.Group, path: Path) -> None:
+    """Raise FileFormatError unless a file or group is as its checksum has it."""
+    if group.attrs.get("sha256") != content_checksum(group):
+        raise FileFormatError(f"{path}: checksum differs, the content was damaged; make or copy the file again")
+
+
+def content_checksum(group: h5py.Group) -> str:
     """SHA-256 over names, shapes, types and bytes of all data sets and attributes but the checksum itself."""
     digest = hashlib.sha256()
 
     def add(name: str, item: h5py.HLObject) -> None:
         digest.update(name.encode())
         for key in sorted(item.attrs):
-            if (name, key) != ("/", "sha256"):
+            if (name, key) != (group.name, "sha256"):
                 digest.update(f"{key}={np.asarray(item.attrs[key]).tolist()!r}".encode())
         if isinstance(item, h5py.Dataset):
             values = item[()]
             digest.update(f"{item.shape}{item.dtype}".encode())
             digest.update(repr(values.tolist()).encode() if item.dtype.hasobject else values.tobytes())
 
-    add("/", file)
-    file.visititems(add)
+    add(group.name, group)
+    group.visititems(add)
     return digest.hexdigest()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,13 @@ from risorius.errors import InputError
 from risorius.evaluators import Evaluator, PolynomialMap, Superposition
 from risorius.jaw import FloatArray
 from risorius.model import Accuracy, ReducedModel
-from risorius.snapshot_file import SnapshotSet
+from risorius.snapshot_file import BLOCK, SnapshotSet
 
 COVERAGE = 0.95
 
 
 @dataclass(frozen=True)
-class _ModalData:
+class ModalData:
     """Snapshots in the basis: modes on all nodes (r, n, 3) and modal coordinates (s, r)."""
 
     modes: FloatArray
@@ -30,35 +31,39 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
 
     Raises InputError when the snapshots lack what training needs.
     """
-    if rank < 1:
-        raise InputError(f"rank {rank}: give at least 1")
-    singles = _single_actions(snapshots)
-    modal = _project(snapshots, rank)
-    train = ~snapshots.held_out
+    return train(snapshots, project(snapshots, rank))
+
+
+def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
+    """Reduced model of projected snapshots; raises InputError when they lack what training needs."""
+    singles = single_actions(snapshots)
+    used = ~snapshots.held_out
     parameters = snapshots.parameters
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(modal.coordinates[singles]),
         PolynomialMap.name: PolynomialMap.fit(
-            parameters[train], modal.coordinates[train], _overlap(snapshots.displacements[singles])
+            parameters[used], modal.coordinates[used], overlap(snapshots.displacements[singles])
         ),
     }
-    skin_nodes, triangles = np.unique(snapshots.skin, return_inverse=True)
-    basis = np.concatenate([snapshots.lift_fields, modal.modes])[:, skin_nodes]
+    surface = snapshots.surface
+    basis = surface.carry(np.concatenate([snapshots.lift_fields, modal.modes]))
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
-        rest_vertices=snapshots.points[skin_nodes].astype(np.float32),
-        triangles=triangles.reshape(snapshots.skin.shape).astype(np.int32),
-        basis=np.ascontiguousarray(basis, dtype=np.float32),
+        rest_vertices=surface.points.astype(np.float32),
+        triangles=surface.triangles.astype(np.int32),
+        basis=basis.astype(np.float32),
         evaluators=evaluators,
-        accuracy={name: _accuracy(evaluators, name, snapshots, basis, skin_nodes) for name in evaluators},
-        provenance={**snapshots.provenance, "snapshots": int(train.sum()), "held_out": int((~train).sum())},
+        accuracy={name: _accuracy(evaluators, name, snapshots, basis) for name in evaluators},
+        provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
+        colours=surface.colours,
+        companions=snapshots.companions,
     )
     return model
 
 
-def _single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
+def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
     """Snapshot number of every single parameter at weight 1."""
     rows = []
     for number, name in enumerate(snapshots.inputs.parameters):
@@ -71,15 +76,31 @@ def _single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
     return np.array(rows)
 
 
-def _project(snapshots: SnapshotSet, rank: int) -> _ModalData:
-    fluctuations = snapshots.displacements.astype(np.float64)
-    fluctuations -= np.tensordot(_lifts(snapshots), snapshots.lift_fields, axes=1)
-    modes, _ = pod(fluctuations[~snapshots.held_out], snapshots.nodal_volumes, rank)
+def project(snapshots: SnapshotSet, rank: int) -> ModalData:
+    """POD modes of the training snapshots, at most `rank`, and the coordinates of all snapshots in them.
+
+    Displacements are read a block at a time. Raises InputError for a rank below 1, or without training snapshots.
+    """
+    if rank < 1:
+        raise InputError(f"rank {rank}: give at least 1")
+    if snapshots.held_out.all():
+        raise InputError("snapshots: all are held out, there is none to train with; solve some")
+    train = np.flatnonzero(~snapshots.held_out)
+    modes, _ = pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank)
     # One unit of a coordinate is a root mean square displacement of 1 mm.
     modes *= 1e-3 * np.sqrt(snapshots.nodal_volumes.sum())
-    squared = float(1e-6 * snapshots.nodal_volumes.sum())
-    coordinates = np.einsum("sni,n,rni->sr", fluctuations, snapshots.nodal_volumes, modes, optimize=True) / squared
-    return _ModalData(modes, coordinates)
+    weighted = modes * snapshots.nodal_volumes[:, None] / (1e-6 * snapshots.nodal_volumes.sum())
+    blocks = _fluctuations(snapshots, np.arange(len(snapshots.parameters)))
+    return ModalData(modes, np.concatenate([np.tensordot(block, weighted, ((1, 2), (1, 2))) for block in blocks]))
+
+
+def _fluctuations(snapshots: SnapshotSet, rows: npt.NDArray[np.int64]) -> Iterator[FloatArray]:
+    """Displacements (b, n, 3) less what the poses prescribe, block after block: all of them may not fit in memory."""
+    lifts = _lifts(snapshots)
+    for start in range(0, len(rows), BLOCK):
+        block = rows[start : start + BLOCK]
+        prescribed = np.tensordot(lifts[block], snapshots.lift_fields, axes=1)
+        yield snapshots.displacements[block].astype(np.float64) - prescribed
 
 
 def _lifts(snapshots: SnapshotSet) -> FloatArray:
@@ -88,23 +109,21 @@ def _lifts(snapshots: SnapshotSet) -> FloatArray:
     return np.stack([snapshots.poses.lift_coordinates(row) for row in weights])
 
 
-def _overlap(displacements: npt.NDArray[np.float32]) -> FloatArray:
+def overlap(displacements: npt.NDArray[np.float32]) -> FloatArray:
     """(p, p) cosine between the displacement magnitudes (p, n, 3) of single actions: 1 where they move the same."""
     magnitude = np.linalg.norm(displacements.astype(np.float64), axis=2)
     magnitude /= np.linalg.norm(magnitude, axis=1, keepdims=True)
     return magnitude @ magnitude.T
 
 
-def _accuracy(
-    evaluators: dict[str, Evaluator], name: str, snapshots: SnapshotSet, basis: FloatArray, skin: npt.NDArray[np.int64]
-) -> Accuracy:
-    """Errors on the held-out snapshots, and the calibration of the error bound that every frame carries."""
+def _accuracy(evaluators: dict[str, Evaluator], name: str, snapshots: SnapshotSet, basis: FloatArray) -> Accuracy:
+    """Errors of the visible vertices on the held-out snapshots, and the calibration of every frame's error bound."""
     held = np.flatnonzero(snapshots.held_out)
     if not len(held):
         raise InputError("snapshots: none is held out, the model's accuracy cannot be measured; solve some")
-    truth = snapshots.displacements[held][:, skin].astype(np.float64)
     rank = len(basis) - len(snapshots.lift_fields)
-    errors, sizes = np.empty((len(held), len(skin))), np.empty(len(held))
+    errors = np.empty((len(held), basis.shape[1]), np.float32)
+    sizes, lengths = np.empty(len(held)), np.empty(len(held))
     modal, linear = np.empty(rank), np.zeros(rank)
     lifts = _lifts(snapshots)[held]
     for row, parameters in enumerate(snapshots.parameters[held]):
@@ -112,12 +131,14 @@ def _accuracy(
         if name != Superposition.name:
             evaluators[Superposition.name].coordinates(parameters, linear)
         u = np.tensordot(np.concatenate([lifts[row], modal]), basis, axes=1)
-        errors[row] = np.linalg.norm(u - truth[row], axis=1)
+        truth = snapshots.surface.weights @ snapshots.displacements[held[row]].astype(np.float64)
+        errors[row] = np.linalg.norm(u - truth, axis=1)
+        lengths[row] = np.linalg.norm(truth)
         sizes[row] = np.linalg.norm(modal - linear)
     offset = 0.1 * float(np.median(sizes)) + 1e-12
-    worst = errors.max(axis=1)
+    worst = errors.max(axis=1).astype(np.float64)
     slope = _conformal_quantile(worst / (sizes + offset))
-    relative = np.linalg.norm(errors, axis=1) / np.linalg.norm(truth, axis=(1, 2))
+    relative = np.linalg.norm(errors, axis=1) / lengths
     return Accuracy(
         mean=float(errors.mean()),
         p95=float(np.quantile(errors, 0.95)),

@@ -108,7 +108,7 @@ def demo_output(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def demo(demo_output: Path) -> list[str | Path]:
-    return [SCRIPTS / "demo", "--source", "builtin", "--output", demo_output]
+    return [SCRIPTS / "demo", "--source", "cylinders", "--output", demo_output]
 
 
 @needs_own_environment

@@ -8,6 +8,7 @@ import pytest
 from risorius_offline.anatomy import Anatomy
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.jacobian_bounds import jacobian_bounds
 
 pytestmark = pytest.mark.slow
 
@@ -21,6 +22,7 @@ def act(face: FullModel, **weights: float) -> Equilibrium:
     inputs = face.anatomy.inputs
     found = EquilibriumSolver(face).solve(inputs.to_parameters(inputs.weights(weights)))
     assert found.report.converged
+    assert jacobian_bounds(face.discretisation, found.u).positive
     # Every quadrature point of the volume, and every triangle of the skin.
     jacobians = face.point_jacobians(found.u)
     assert len(jacobians) == 8 * 6024 + 6 * 318 + len(face.anatomy.skin)

@@ -13,6 +13,7 @@ from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
+from risorius_offline.jacobian_bounds import jacobian_bounds
 from risorius_offline.linear_solver import NotPositiveDefiniteError
 from risorius_offline.newton import SolverReport
 
@@ -52,7 +53,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Check:
-    """Found on a freshly built model, whatever the report says."""
+    """Found on a freshly built model, whatever the report says; smallest_jacobian bounds J everywhere from below."""
 
     finite: bool
     smallest_jacobian: float
@@ -78,14 +79,15 @@ def check(case: HardCase, model: FullModel, found: Equilibrium) -> Check:
     model.set_parameters(case.parameters(model.anatomy.inputs))
     forces = model.forces(found.u)[2]
     residual = float(np.linalg.norm(forces.reshape(-1)[model.free])) / model.force_scale(forces)
-    smallest = float(model.point_jacobians(found.u).min())
+    everywhere = jacobian_bounds(model.discretisation, found.u).lower
+    smallest = min(float(everywhere.min()), float(model.point_jacobians(found.u).min()))
     return Check(bool(np.isfinite(found.u).all()), smallest, residual)
 
 
 def is_stable(model: FullModel, u: FloatArray) -> bool:
     """Whether the true tangent is positive definite: the state is a minimum, not a saddle."""
     try:
-        model.factorise(u)
+        model.factorise(*model.tangent(u))
     except NotPositiveDefiniteError:
         return False
     return True

@@ -12,10 +12,10 @@ INTRODUCTION = (
     "# Hard cases\n{summary}\n\n"
     "Each is solved in one call, from rest unless it says otherwise. Where it converges, a fresh model confirms, "
     "whatever the report of the solver says, that\n"
-    "displacements are finite, that J > 0 at every quadrature point (and on the skin where it has an epidermis), and "
-    "that the residual at the parameters asked for,\n"
-    "norm of free forces over that of muscle and reaction forces, is at most 1e-6. Where it is refused, the error is "
-    "`NotConvergedError` and its report has not converged.\n"
+    "displacements are finite, that J > 0 everywhere, and that the residual at the parameters asked for,\n"
+    "norm of free forces over that of muscle and reaction forces, is at most 1e-6. *Smallest J* is a lower bound over "
+    "whole cells, from the Bernstein coefficients of their determinants (`jacobian_bounds.py`). Where it is refused, "
+    "the error is `NotConvergedError` and its report has not converged.\n"
     "*Stable*: the second derivatives of the energy are positive definite there, so the state is a minimum. *Seconds* "
     "are those of one solve, of the start too where it is not rest, with building the model.\n\n"
     "Slabs are cheeks of 30 x 30 x 15 mm, of four layers, with muscles of 20 kPa in the second from below; columns are "
@@ -27,13 +27,11 @@ INTRODUCTION = (
 )
 FINDINGS = (
     "\n## What falls short\n"
-    "- J > 0 is promised at quadrature points, not everywhere: of the 145 small cases that converge, 47 have J < 0 at "
-    "a node of some cell (37 of hexahedra, down to -2.1; 8 of tetra10, down to -1.4; 2 of wedges; none of linear "
-    "tetrahedra, where J is constant in a cell).\n"
     "- From jaw and all muscles at 1 back to rest in a single step is refused: the straight way of the bones inverts "
     "cells. With load steps it arrives. Muscles at -0.1 are refused too: stretching then releases energy without end.\n"
-    "- The column whose end goes through its base has an equilibrium with J > 0 at every quadrature point, but its "
-    "surface crosses itself: without contact nothing sees that.\n"
+    "- The column of 30 mm whose end is pushed through its base has no state with J > 0 everywhere that the solver "
+    "reaches: it is refused beyond a third of the way.\n"
+    "- Without contact nothing sees surfaces that cross.\n"
 )
 COLUMNS = (
     "case",

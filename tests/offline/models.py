@@ -32,10 +32,10 @@ def block_anatomy(points, cells, material: Yeoh, *, dragged=None, muscles: tuple
     )
 
 
-def muscle_block(cell_type: str, material: Yeoh, distortion: float = 0.2) -> Anatomy:
+def muscle_block(cell_type: str, material: Yeoh, distortion: float = 0.2, cells=(2, 2, 2)) -> Anatomy:
     """A 20 mm cube, fixed at z = 0, with a muscle along x through its middle."""
-    points, cells = box(cell_type, distortion=distortion)
+    points, block = box(cell_type, cells, distortion=distortion)
     line = np.array([[0.0, 0.01, 0.01], [0.02, 0.01, 0.012]])
     return block_anatomy(
-        points, cells, material, muscles=(Muscle("pull", PolylineFibres((line,), 0.006), ActiveStress(20e3)),)
+        points, block, material, muscles=(Muscle("pull", PolylineFibres((line,), 0.006), ActiveStress(20e3)),)
     )

@@ -7,7 +7,8 @@ from typer.testing import CliRunner
 from risorius.mechanics.material import Yeoh
 from risorius_offline.commands import register
 from risorius_offline.elements.advice import advice
-from tests.offline.models import muscle_block
+from tests.offline.meshes import box
+from tests.offline.models import block_anatomy, muscle_block
 
 
 def test_linear_tetrahedra_in_nearly_incompressible_tissue_are_told_with_the_measured_error():
@@ -33,3 +34,11 @@ def test_command_line_says_it_once_and_goes_on(tmp_path):
     assert done.stderr.count("warning: ") == done.stderr.count("\n") == 1
     assert "48 linear tetrahedra" in done.stderr
     assert (tmp_path / "face.h5").exists()
+
+
+def test_cells_that_are_inverted_where_no_quadrature_point_sees_it_are_told():
+    points, cells = box("hexahedron", (1, 1, 1), (0.02,) * 3)
+    points[-1, 2] = -0.011
+    (line,) = advice(block_anatomy(points, cells, Yeoh.neo_hookean(15e3, 0.45)))
+    assert line.startswith("block: 1 cell(s) are inverted somewhere between their quadrature points at rest")
+    assert line.endswith("move their nodes")

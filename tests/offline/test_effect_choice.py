@@ -7,16 +7,19 @@ import pytest
 
 from risorius.errors import InputError
 from risorius.mechanics.material import Yeoh
+from risorius.snapshot_file import SnapshotSet
+from risorius.snapshot_store import Samples
 from risorius_offline.anatomy.anatomy import Surface
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
+from risorius_offline.cluster import local_cluster
+from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.effects import DeadLoad
 from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.equilibrium import EquilibriumSolver
-from risorius_offline.sampling import SamplingDesign
-from risorius_offline.snapshots import solve_design
+from risorius_offline.snapshots import FullModelChoice, Run, solve_design
 from tests.offline.meshes import box
 from tests.offline.models import muscle_block
 
@@ -33,7 +36,7 @@ def anatomy():
     ("choice", "kinds"),
     [
         (EffectChoice(), []),
-        (EffectChoice(contact=True), [BoneContact, LipContact]),
+        (EffectChoice(contact=ContactChoice.FULL), [BoneContact, LipContact]),
         (EffectChoice(gravity=(0.0, 0.0, -9.81), prestress=10e3), [DeadLoad, SkinPrestress]),
         (EffectChoice(force_length=True), []),
     ],
@@ -63,26 +66,29 @@ def test_impossible_choices_are_refused(wrong, message):
         EffectChoice(**wrong)
 
 
-def test_snapshots_have_the_effects_and_say_which(anatomy, tmp_path):
-    plan = SamplingDesign(np.array([[1.0], [0.5]]), np.array([False, True]))
+@pytest.fixture(scope="module")
+def worker():
+    with local_cluster(1) as client:
+        yield client
+
+
+def samples(*weights):
+    number = np.arange(len(weights))
+    return Samples(np.array(weights)[:, None], ["level"] * len(weights), number == len(weights) - 1, number // 4)
+
+
+def test_snapshots_have_the_effects_and_say_which(anatomy, worker, tmp_path):
     choice = EffectChoice(force_length=True)
-    found = solve_design(anatomy, plan, tmp_path / "s.h5", 1, lambda *_: None, choice)
+    solve_design(Run(FullModelChoice(anatomy, choice), tmp_path / "s.h5"), samples(1.0, 0.5), worker, lambda _: None)
+    found = SnapshotSet.load(tmp_path / "s.h5")
     exact = EquilibriumSolver(choice.model(anatomy), tolerance=1e-10).solve(np.array([1.0])).u
     np.testing.assert_allclose(found.displacements[0], exact, atol=1e-5 * np.abs(exact).max())
     assert found.provenance["effect_force_length"] is True
-    assert found.provenance["effect_contact"] is False
+    assert found.provenance["effect_contact"] == "none"
 
 
-def test_finished_samples_of_other_effects_are_never_taken(anatomy, tmp_path):
-    plan = SamplingDesign(np.array([[1.0], [0.5]]), np.array([False, True]))
-
-    def interrupt(done, failed, total):
-        if done >= 1:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        solve_design(anatomy, plan, tmp_path / "s.h5", 1, interrupt)
-    choice = EffectChoice(force_length=True)
-    found = solve_design(anatomy, plan, tmp_path / "s.h5", 1, lambda *_: None, choice)
-    exact = EquilibriumSolver(choice.model(anatomy), tolerance=1e-10).solve(np.array([1.0])).u
-    np.testing.assert_allclose(found.displacements[0], exact, atol=1e-5 * np.abs(exact).max())
+def test_snapshots_with_other_effects_are_not_gone_on_with(anatomy, worker, tmp_path):
+    solve_design(Run(FullModelChoice(anatomy), tmp_path / "s.h5"), samples(1.0), worker, lambda _: None)
+    other = Run(FullModelChoice(anatomy, EffectChoice(force_length=True)), tmp_path / "s.h5")
+    with pytest.raises(InputError, match="holds snapshots with effect_force_length = False, asked for is True"):
+        solve_design(other, samples(1.0), worker, lambda _: None)

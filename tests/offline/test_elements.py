@@ -51,3 +51,12 @@ def test_nodal_volumes_sum_to_the_volume(cell_type):
     volumes = Discretisation(points, [cells]).nodal_volumes
     assert (volumes > 0).all()
     assert volumes.sum() == pytest.approx(0.02**3, rel=1e-12)
+
+
+def test_a_node_of_no_cell_has_no_entries_in_the_pattern():
+    points, cells = box("hexahedron", (1, 1, 1))
+    apart = np.concatenate([points[:1], points])
+    moved = CellBlock("hexahedron", cells.connectivity + 1, cells.layer)
+    pattern, alone = (Discretisation(x, [c]).pattern for x, c in ((apart, moved), (points, cells)))
+    assert (pattern[:3].nnz, pattern.nnz) == (0, alone.nnz)
+    np.testing.assert_array_equal(pattern.indices, alone.indices + 3)

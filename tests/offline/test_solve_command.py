@@ -22,7 +22,7 @@ def run(*arguments):
 
 @pytest.mark.parametrize("option", ["--set", "--muscle"])
 def test_solve_writes_tissue_and_skin_and_tells_the_quantities(option, tmp_path):
-    done = run("builtin", option, "axial=0.2", "-o", tmp_path / "a.vtu")
+    done = run("cylinders", option, "axial=0.2", "-o", tmp_path / "a.vtu")
     assert done.exit_code == 0, done.output
     for text in ("Newton iterations", "smallest J", "largest displacement", "skin strain", "force N", "axial"):
         assert text in done.output
@@ -35,7 +35,7 @@ def test_solve_writes_tissue_and_skin_and_tells_the_quantities(option, tmp_path)
 
 
 def test_rest_has_no_active_muscles_to_tell_of(tmp_path):
-    done = run("builtin", "-o", tmp_path / "a.vtu")
+    done = run("cylinders", "-o", tmp_path / "a.vtu")
     assert done.exit_code == 0, done.output
     assert "active muscles" not in done.output
     assert not meshio.read(tmp_path / "a.vtu").point_data["displacement_m"].any()
@@ -44,11 +44,11 @@ def test_rest_has_no_active_muscles_to_tell_of(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["builtin", "-o", "a.vtk"], r"a\.vtk: the tissue is written as VTU"),
-        (["builtin", "-o", "nowhere/a.vtu"], r"the folder .*nowhere does not exist"),
-        (["builtin", "-o", "a.vtu", "--set", "axial"], r"not NAME=WEIGHT"),
-        (["builtin", "-o", "a.vtu", "--set", "AU99=1"], r"'AU99' is not known"),
-        (["builtin", "-o", "a.vtu", "--set", "axial=2"], r"axial: weight 2 is out of range"),
+        (["cylinders", "-o", "a.vtk"], r"a\.vtk: the tissue is written as VTU"),
+        (["cylinders", "-o", "nowhere/a.vtu"], r"the folder .*nowhere does not exist"),
+        (["cylinders", "-o", "a.vtu", "--set", "axial"], r"not NAME=WEIGHT"),
+        (["cylinders", "-o", "a.vtu", "--set", "AU99=1"], r"'AU99' is not known"),
+        (["cylinders", "-o", "a.vtu", "--set", "axial=2"], r"axial: weight 2 is out of range"),
         (["nothing", "-o", "a.vtu"], r"nothing: no such file or folder"),
     ],
 )
@@ -67,7 +67,7 @@ def test_no_equilibrium_ends_with_the_solvers_message_and_no_file(tmp_path, monk
         "risorius_offline.equilibrium.EquilibriumSolver",
         partial(EquilibriumSolver, max_iterations=1, smallest_step=0.4),
     )
-    error = run("builtin", "--set", "axial=1", "-o", tmp_path / "a.vtu").exception
+    error = run("cylinders", "--set", "axial=1", "-o", tmp_path / "a.vtu").exception
     assert isinstance(error, NotConvergedError)
     assert error.exit_code == 1
     assert "axial = 1" in str(error)

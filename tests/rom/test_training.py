@@ -2,13 +2,17 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import risorius
 from risorius.bases import pod
+from risorius.companion import Companion
 from risorius.errors import InputError
+from risorius.evaluators.polynomial import _ridge_solution
 from risorius.jaw import JawMotion
 from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
+from risorius.surface import CarriedSurface
 from risorius.training import reduce_snapshots
 
 JAW = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
@@ -19,6 +23,14 @@ def answer(parameters, fields):
     a, b, opening, _, _ = parameters
     modal = np.tensordot([a + 0.2 * a * a, b, 0.4 * a * b, 0.1 * opening * a], fields[4:], axes=1)
     return modal + np.tensordot(JAW.lift_coordinates(parameters[2:]), fields[:4], axes=1)
+
+
+def made_up_surface(rng):
+    """Forty vertices, each carried by three of the sixty nodes."""
+    rows, shares = np.repeat(np.arange(40), 3), rng.dirichlet(np.ones(3), 40)
+    weights = sp.csr_matrix((shares.ravel(), (rows, rng.integers(0, 60, 120))), shape=(40, 60))
+    colours = rng.integers(0, 256, (40, 3)).astype(np.uint8)
+    return CarriedSurface(rng.uniform(-0.05, 0.05, (40, 3)), rng.integers(0, 40, (80, 3)), weights, colours)
 
 
 def made_up_snapshots(count=120, held_out=30):
@@ -32,10 +44,14 @@ def made_up_snapshots(count=120, held_out=30):
         muscles=("zygomaticus_major_L", "zygomaticus_major_R"),
         poses=Poses(JAW),
         points=points,
-        skin=rng.integers(0, 60, (80, 3)),
+        surface=made_up_surface(rng),
+        companions={
+            "teeth": Companion(points[:5], np.array([[0, 1, 2], [2, 3, 4]]), np.zeros((5, 3), np.uint8), "jaw")
+        },
         nodal_volumes=rng.uniform(1e-7, 2e-7, 60),
         lift_fields=fields[:4],
         parameters=parameters,
+        kinds=("made up",) * len(parameters),
         displacements=np.stack([answer(p, fields) for p in parameters]).astype(np.float32),
         derivatives=np.zeros((len(parameters), 5, 60, 3), np.float32),
         held_out=np.arange(len(parameters)) >= len(parameters) - held_out,
@@ -52,13 +68,22 @@ def trained():
 
 
 def test_learned_map_finds_a_polynomial_answer_where_superposition_cannot(trained):
-    _, fields, model = trained
-    skin = np.unique(trained[0].skin)
+    snapshots, fields, model = trained
     frame = risorius.Engine(model).evaluate(muscles={"zygomaticus_major_L": 0.7, "zygomaticus_major_R": 0.9})
-    exact = answer(np.array([0.7, 0.9, 0.0, 0.0, 0.0]), fields)[skin]
+    exact = snapshots.surface.weights @ answer(np.array([0.7, 0.9, 0.0, 0.0, 0.0]), fields)
     found = frame.vertices - model.rest_vertices
     assert np.abs(found - exact).max() < 1e-5
     assert model.accuracy["polynomial"].p95 < 0.02 * model.accuracy["superposition"].p95
+
+
+def test_a_model_shows_the_carried_surface_with_its_colours_and_companions(trained):
+    snapshots, fields, model = trained
+    visible = snapshots.surface
+    np.testing.assert_allclose(model.rest_vertices, visible.points, rtol=1e-6)
+    np.testing.assert_allclose(model.basis[:4], visible.carry(fields[:4]), atol=1e-8)
+    np.testing.assert_array_equal(model.triangles, visible.triangles)
+    np.testing.assert_array_equal(model.colours, visible.colours)
+    assert model.companions == snapshots.companions
 
 
 def test_rank_is_that_of_the_data_and_snapshots_are_reproduced(trained):
@@ -93,23 +118,48 @@ def test_missing_single_action_is_named():
         reduce_snapshots(SnapshotSet(**{**vars(snapshots), **arrays}), rank=5)
 
 
-def test_snapshot_file_comes_back_as_it_was(tmp_path):
-    snapshots, _ = made_up_snapshots(10, 2)
-    snapshots.save(tmp_path / "s.h5")
-    loaded = SnapshotSet.load(tmp_path / "s.h5")
-    for name in SnapshotSet._ARRAYS:
-        np.testing.assert_array_equal(getattr(loaded, name), getattr(snapshots, name))
-    assert loaded.poses == snapshots.poses
+def in_blocks(data, size=7):
+    return lambda: (data[start : start + size] for start in range(0, len(data), size))
 
 
 def test_pod_is_orthonormal_in_its_weights_and_best_among_bases():
     rng = np.random.default_rng(2)
     data = np.tensordot(rng.normal(size=(30, 8)) * 0.5 ** np.arange(8), rng.normal(size=(8, 40, 3)), axes=1)
     weights = rng.uniform(1.0, 3.0, 40)
-    modes, singular = pod(data, weights, 5)
+    modes, _ = pod(in_blocks(data), weights, 5)
     gram = np.einsum("rni,n,sni->rs", modes, weights, modes)
     np.testing.assert_allclose(gram, np.eye(5), atol=1e-12)
     coordinates = np.einsum("sni,n,rni->sr", data, weights, modes)
     rest = data - np.tensordot(coordinates, modes, axes=1)
+    scaled = data.reshape(30, -1) * np.sqrt(np.repeat(weights, 3))
+    left_out = np.linalg.svd(scaled, compute_uv=False)[5:]
     # Eckart-Young: the squared error is the sum of the squared singular values left out.
-    assert np.einsum("sni,n,sni->", rest, weights, rest) == pytest.approx((singular[5:] ** 2).sum(), rel=1e-6)
+    assert np.einsum("sni,n,sni->", rest, weights, rest) == pytest.approx((left_out**2).sum(), rel=1e-6)
+
+
+def test_pod_in_blocks_is_the_singular_value_decomposition():
+    """400 snapshots with slowly falling singular values, against LAPACK on all of them at once."""
+    rng = np.random.default_rng(3)
+    left, right = (np.linalg.qr(rng.normal(size=(size, 300)))[0] for size in (400, 900))
+    exact = 1.0 / (1.0 + np.arange(300)) ** 1.5
+    weights = rng.uniform(1.0, 3.0, 300)
+    data = ((left * exact) @ right.T / np.sqrt(np.repeat(weights, 3))).reshape(400, 300, 3)
+    modes, singular = pod(in_blocks(data, 64), weights, 20)
+    np.testing.assert_allclose(singular, exact[:20], rtol=1e-6)
+    overlap = np.einsum("rni,n,nis->rs", modes, np.sqrt(weights), right[:, :20].reshape(300, 3, 20))
+    np.testing.assert_allclose(np.abs(overlap), np.eye(20), atol=1e-3)
+
+
+def test_pod_keeps_no_more_modes_than_the_snapshots_have():
+    rng = np.random.default_rng(4)
+    data = np.tensordot(rng.normal(size=(3, 2)), rng.normal(size=(2, 10, 3)), axes=1)
+    assert len(pod(in_blocks(data), np.ones(10), 5)[0]) == 2
+
+
+def test_ridge_solutions_are_the_same_from_either_matrix():
+    """With a snapshot more than monomials the smaller matrix is the other one; the extra snapshot is all zeros."""
+    rng = np.random.default_rng(5)
+    features, targets = rng.normal(size=(6, 6)), rng.normal(size=(6, 2))
+    (dual,) = _ridge_solution(features, targets, [1e-3])
+    (primal,) = _ridge_solution(np.vstack([features, np.zeros(6)]), np.vstack([targets, np.zeros(2)]), [1e-3])
+    np.testing.assert_allclose(primal, dual, rtol=1e-9)

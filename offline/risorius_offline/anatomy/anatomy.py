@@ -13,12 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.companion import Companion, read_companions, write_companions
 from risorius.errors import InputError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray, JawMotion
 from risorius.lids import LidMotion
 from risorius.mechanics.material import Yeoh
 from risorius.poses import Poses
+from risorius.surface import CarriedSurface
 from risorius_offline.discretisation import CellBlock, IntArray
 from risorius_offline.muscles.muscle import Muscle
 
@@ -43,6 +45,7 @@ class Anatomy:
     move with the bone; skin (m, 3) the visible triangles, outward; jaw_motion is None without a mandible.
     lids: (n,) labels of the nodes of the upper tarsal plates, LEFT_LID or RIGHT_LID, 0 elsewhere; with lid_motion.
     epidermis: thickness in metres of a film on the skin, of the tissue beneath, that keeps its triangles from folding.
+    surface: what is seen of the skin, None for the skin itself. companions: rigid things seen with it, by name.
     """
 
     name: str
@@ -58,12 +61,19 @@ class Anatomy:
     lid_motion: LidMotion | None = None
     epidermis: float = 0.0
     bones: Mapping[str, Surface] = field(default_factory=dict)
+    surface: CarriedSurface | None = None
+    companions: Mapping[str, Companion] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Raise InputError for lids that move without nodes."""
+        """Raise InputError for lids that move without nodes, and for a surface that another mesh carries."""
         if self.lid_motion is not None and self.lids is None:
             raise InputError(f"anatomy {self.name!r} has lid_motion but no lids; label the nodes of the tarsal plates")
+        if self.surface is not None and self.surface.weights.shape[1] != len(self.points):
+            raise InputError(
+                f"anatomy {self.name!r}: surface carried by {self.surface.weights.shape[1]} nodes, the mesh has "
+                f"{len(self.points)}; give one weight for each node"
+            )
 
     @property
     def inputs(self) -> InputTable:
@@ -74,6 +84,11 @@ class Anatomy:
     def poses(self) -> Poses:
         """Prescribed motions."""
         return Poses(self.jaw_motion, self.lid_motion)
+
+    @property
+    def visible_surface(self) -> CarriedSurface:
+        """Surface that is seen: `surface`, or the nodes of the skin."""
+        return self.surface or CarriedSurface.of_nodes(self.points, self.skin)
 
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
@@ -125,6 +140,9 @@ class Anatomy:
             group[f"bones/{name}/points"], group[f"bones/{name}/triangles"] = bone.points, bone.triangles
         if self.lids is not None:
             group["lids"] = self.lids
+        if self.surface is not None:
+            self.surface.write(group.create_group("surface"))
+        write_companions(group, self.companions)
         self.poses.write(group)
 
     @classmethod
@@ -147,5 +165,7 @@ class Anatomy:
             lid_motion=poses.lids,
             epidermis=float(group.attrs["epidermis"]),
             bones=bones,
+            surface=CarriedSurface.read(group["surface"]) if "surface" in group else None,
+            companions=read_companions(group),
             provenance=json.loads(group.attrs["provenance"]),
         )

@@ -52,7 +52,7 @@ def nested_cylinders() -> Anatomy:
         skin=as_triangles(boundary_faces([block]), points),
         muscles=(Muscle("axial", DeformationFibres(muscle), ActiveStress(MUSCLE_STRESS)),),
         jaw_motion=None,
-        provenance={"source": "builtin: two nested cylinders after Figure 7.7 of Gladilin's chapter 7"},
+        provenance={"source": "two nested cylinders after Figure 7.7 of Gladilin's chapter 7"},
     )
 
 

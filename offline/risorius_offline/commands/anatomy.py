@@ -9,10 +9,11 @@ import typer
 
 from risorius_offline.commands.installed import require_offline
 from risorius_offline.commands.source import load
+from risorius_offline.source_names import SOURCE_HELP
 
 
 def anatomy(
-    source: Annotated[str, typer.Argument(help="'builtin', an import folder, or an anatomy file.")],
+    source: Annotated[str, typer.Argument(help=SOURCE_HELP)],
     output: Annotated[Path, typer.Option("--output", "-o", help="Anatomy file to write.")] = Path("face.h5"),
 ) -> None:
     """Import an anatomy, check it and write it as one file."""

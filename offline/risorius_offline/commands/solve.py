@@ -10,9 +10,10 @@ import typer
 from risorius.commands.settings import parse_settings, split_muscles
 from risorius.errors import InputError
 from risorius.storage import require_folder_of
-from risorius_offline.commands.effects import Contact, ForceLength, Gravity, Prestress
+from risorius_offline.commands.effects import Contact, ForceLength, Gravity, Prestress, contact_of
 from risorius_offline.commands.installed import require_offline
 from risorius_offline.commands.source import load
+from risorius_offline.source_names import SOURCE_HELP
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def solve(
-    source: Annotated[str, typer.Argument(help="'builtin', an import folder, or an anatomy file.")],
+    source: Annotated[str, typer.Argument(help=SOURCE_HELP)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File of the tissue to write, .vtu.")],
     settings: Annotated[
         list[str] | None,
@@ -31,7 +32,7 @@ def solve(
             "--set", "--muscle", metavar="NAME=WEIGHT", help="Weight of an input or a muscle; may be given often."
         ),
     ] = None,
-    contact: Contact = False,
+    contact: Contact = None,
     gravity: Gravity = None,
     prestress: Prestress = 0.0,
     force_length: ForceLength = False,
@@ -52,7 +53,7 @@ def solve(
     anatomy = load(source)
     inputs, muscles = split_muscles(values, anatomy.inputs)
     parameters = anatomy.inputs.to_parameters(anatomy.inputs.weights(inputs), muscles)
-    model = EffectChoice(contact, gravity, prestress, force_length).model(anatomy)
+    model = EffectChoice(contact_of(source, contact), gravity, prestress, force_length).model(anatomy)
     found = EquilibriumSolver(model).solve(parameters)
     skin = skin_state(model, found.u)
     skin_output = output.with_suffix(".skin.vtu")

@@ -16,4 +16,5 @@ HEX8 = ReferenceElement(
     mass_rule=(_POINTS, _WEIGHTS),
     corners=8,
     faces=((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    jacobian=((1, 2), (1, 2), (1, 2)),
 )

@@ -21,6 +21,8 @@ class ReferenceElement:
     mass_rule: points and weights that integrate products of two shape functions exactly on an undistorted cell.
     faces: vertices of each face, counter-clockwise seen from outside. basis: the scikit-fem element whose shape
     functions are used; its own node order does not matter.
+    jacobian: the simplices whose product the reference cell is, in the order of its axes: the dimension of each, and
+    the degree along it of the determinant of the derivatives of a map of the cell.
     """
 
     cell_type: str
@@ -31,6 +33,12 @@ class ReferenceElement:
     mass_rule: tuple[FloatArray, FloatArray]
     corners: int
     faces: tuple[tuple[int, ...], ...]
+    jacobian: tuple[tuple[int, int], ...]
+
+    @property
+    def jacobian_is_constant(self) -> bool:
+        """Whether J is the same everywhere in a cell."""
+        return all(degree == 0 for _, degree in self.jacobian)
 
     @cached_property
     def reference_gradients(self) -> FloatArray:

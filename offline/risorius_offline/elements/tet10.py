@@ -17,4 +17,5 @@ TET10 = ReferenceElement(
     mass_rule=gauss(_BASIS, 4),
     corners=4,
     faces=TET4.faces,
+    jacobian=((3, 3),),
 )

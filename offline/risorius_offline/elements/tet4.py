@@ -16,4 +16,5 @@ TET4 = ReferenceElement(
     mass_rule=gauss(_BASIS, 2),
     corners=4,
     faces=((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    jacobian=((3, 0),),
 )

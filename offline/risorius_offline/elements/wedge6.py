@@ -16,4 +16,5 @@ WEDGE6 = ReferenceElement(
     mass_rule=(_POINTS, _WEIGHTS),
     corners=6,
     faces=((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    jacobian=((2, 1), (1, 2)),
 )

@@ -28,6 +28,11 @@ def info(
             "name": loaded.name,
             "vertices": len(loaded.rest_vertices),
             "triangles": len(loaded.triangles),
+            "coloured": len(loaded.colours) > 0,
+            "companions": {
+                name: {"vertices": len(thing.points), "triangles": len(thing.triangles), "moves_with": thing.moves_with}
+                for name, thing in loaded.companions.items()
+            },
             "rank": len(loaded.basis),
             "inputs": loaded.inputs.names,
             "muscles": loaded.inputs.muscles,
@@ -37,10 +42,16 @@ def info(
         typer.echo(json.dumps(content, indent=2))
         return
     console = Console(soft_wrap=True, highlight=False)
+    coloured = " with colours" if len(loaded.colours) else ""
     console.print(
-        f"[bold]{loaded.name}[/bold]: {len(loaded.rest_vertices)} vertices, {len(loaded.triangles)} triangles, "
-        f"{len(loaded.basis)} coordinates ({loaded.lifts} of them of jaw and lids)"
+        f"[bold]{loaded.name}[/bold]: {len(loaded.rest_vertices)} vertices{coloured}, "
+        f"{len(loaded.triangles)} triangles, {len(loaded.basis)} coordinates ({loaded.lifts} of them of jaw and lids)"
     )
+    if loaded.companions:
+        seen = (
+            f"{name} ({len(thing.points)} vertices, {thing.moves_with})" for name, thing in loaded.companions.items()
+        )
+        console.print("seen with it: " + ", ".join(seen), markup=False)
     console.print("inputs: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.names)))
     console.print("muscles: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.muscles)))
     table = Table(title=f"error against the full model, {loaded.provenance.get('held_out', '?')} held-out snapshots")

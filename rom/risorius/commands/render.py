@@ -35,6 +35,7 @@ def render(
 
 
 def _render_face(model: Path, output: Path, values: dict[str, float], view: str, size: tuple[int, int]) -> None:
+    from risorius.companion import posed_companions
     from risorius.engine import Engine
     from risorius.model import load
     from risorius.picture import draw_face, save_png
@@ -42,7 +43,15 @@ def _render_face(model: Path, output: Path, values: dict[str, float], view: str,
     engine = Engine(load(model))
     inputs, muscles = split_muscles(values, engine.model.inputs)
     frame = engine.evaluate(inputs, muscles=muscles)
-    picture = draw_face(frame.vertices, engine.triangles, view=view, size=size, keep_in_view=engine.model.rest_vertices)
+    picture = draw_face(
+        frame.vertices,
+        engine.triangles,
+        view=view,
+        size=size,
+        keep_in_view=engine.model.rest_vertices,
+        colours=engine.model.colours,
+        companions=posed_companions(engine.model.companions, engine.model.poses, frame.coordinates),
+    )
     save_png(output, picture)
     typer.echo(f"{output}: {engine.model.name}, {frame.method}, error up to {1e3 * frame.error:.2g} mm")
 

@@ -88,12 +88,16 @@ def _best_ridge(features: FloatArray, targets: FloatArray) -> float:
 
 
 def _ridge_solution(features: FloatArray, targets: FloatArray, ridges: npt.ArrayLike) -> list[FloatArray]:
-    """Ridge solutions (m, r), one per relative ridge; by the dual form, which is small when snapshots are few."""
-    gram = features @ features.T
-    values, vectors = np.linalg.eigh(gram)
-    rotated = vectors.T @ targets
+    """Ridge solutions (m, r), one per relative ridge, from the smaller of the two matrices that give the same.
+
+    That is F F' (s, s) when snapshots are few, F'F (m, m) when there are more of them than monomials.
+    """
+    few = len(features) <= features.shape[1]
+    values, vectors = np.linalg.eigh(features @ features.T if few else features.T @ features)
+    rotated = vectors.T @ (targets if few else features.T @ targets)
     largest = values[-1]
-    return [features.T @ (vectors @ (rotated / (values + ridge * largest)[:, None])) for ridge in np.asarray(ridges)]
+    found = [vectors @ (rotated / (values + ridge * largest)[:, None]) for ridge in np.asarray(ridges)]
+    return [features.T @ weights for weights in found] if few else found
 
 
 @numba.njit(cache=True)

@@ -79,8 +79,13 @@ class Preview:
         model = engine.model
         self._table = model.inputs
         self._on_input = on_input
-        self._stage = stage_commands(model.rest_vertices, model.triangles)
+        self._stage = stage_commands(model)
         self._basis = _HEADER.pack(KIND_BASIS, 0) + np.ascontiguousarray(model.basis, dtype="<f4").tobytes()
+        self._companions = {
+            # column by column, as three.js has matrices
+            name: companion.unit_transforms(model.poses).transpose(0, 2, 1).reshape(-1, 16).tolist()
+            for name, companion in model.companions.items()
+        }
         self._title = model.name
         self._rank = len(model.basis)
         self._values = np.zeros(len(self._table.names))
@@ -177,6 +182,7 @@ class Preview:
             {
                 "model": self._title,
                 "rank": self._rank,
+                "companions": self._companions,
                 "sliders": [asdict(slider) for slider in sliders_of(self._table)],
                 "values": dict(zip(self._table.names, self._values.tolist(), strict=True)),
             }

@@ -5,7 +5,8 @@ const KIND_BASIS = 1;
 const KIND_FRAME = 2;
 const HEADER_BYTES = 8;
 const FLOAT_BYTES = 4;
-const FACE_PATH = ["meshcat", "face", "<object>"];
+const FACE_PATH = ["meshcat", "face"];
+const OBJECT = "<object>";
 const MARGIN = 0.86; // share of the window that the face fills on load
 const RETRY_MS = 1000;
 
@@ -14,6 +15,7 @@ export class FacePreview {
     this.viewer = viewer;
     this.statusLine = statusLine;
     this.mesh = null;
+    this.companions = []; // [mesh, change of its matrix with each of the first coordinates]
     this.basis = null;
     this.pending = null;
     this.drawIsDue = false;
@@ -71,6 +73,7 @@ export class FacePreview {
     if (!this.mesh && !this.findMesh()) return this.scheduleDrawing(); // meshcat's own socket brings it
     const { ticket, q, status } = this.pending;
     this.deform(q);
+    this.pose(q);
     computeNormals(this.mesh.geometry);
     this.viewer.render();
     this.describe(status);
@@ -79,10 +82,13 @@ export class FacePreview {
   }
 
   findMesh() {
-    const object = this.viewer.scene_tree.find(FACE_PATH).object;
+    const find = (...path) => this.viewer.scene_tree.find([...FACE_PATH, ...path, OBJECT]).object;
+    const object = find();
     if (!object.isMesh) return false;
     this.mesh = object;
     this.mesh.frustumCulled = false; // the bounding sphere of the rest pose does not hold for others
+    this.companions = Object.entries(this.setup.companions).map(([name, changes]) => [find(name), changes]);
+    for (const [companion] of this.companions) companion.matrixAutoUpdate = false;
     this.rest = Float32Array.from(object.geometry.attributes.position.array);
     this.sum = new Float64Array(this.rest.length);
     this.frameFace();
@@ -103,7 +109,16 @@ export class FacePreview {
     position.needsUpdate = true;
   }
 
-  // Moves the camera, without turning it, to where the whole face just fits in the middle beside the panel.
+  // The motion of a companion is linear in the coordinates of the jaw, which come first.
+  pose(q) {
+    for (const [companion, changes] of this.companions) {
+      const { elements } = companion.matrix.identity();
+      changes.forEach((change, k) => change.forEach((value, i) => { elements[i] += q[k] * value; }));
+      companion.matrixWorldNeedsUpdate = true;
+    }
+  }
+
+  // Moves the camera, without turning it, to where face and companions just fit in the middle beside the panel.
   frameFace() {
     const { Box3, MathUtils, Vector2, Vector3 } = MeshCat.THREE;
     const { camera, renderer, controls, scene } = this.viewer;
@@ -114,8 +129,9 @@ export class FacePreview {
     scene.updateMatrixWorld(true);
     const toCamera = camera.matrixWorldInverse.clone().multiply(this.mesh.matrixWorld);
     const points = [];
-    for (let i = 0; i < this.rest.length; i += 3) {
-      points.push(new Vector3().fromArray(this.rest, i).applyMatrix4(toCamera));
+    for (const { geometry } of [this.mesh, ...this.companions.map(([companion]) => companion)]) {
+      const { array } = geometry.attributes.position;
+      for (let i = 0; i < array.length; i += 3) points.push(new Vector3().fromArray(array, i).applyMatrix4(toCamera));
     }
     const centre = new Box3().setFromPoints(points).getCenter(new Vector3());
     const tangent = MARGIN * Math.tan(MathUtils.degToRad(camera.fov / 2));

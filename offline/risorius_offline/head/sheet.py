@@ -1,0 +1,134 @@
+"""The triangulated sheet of the face in its chart, both halves mirror images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.path import Path as PlanePath
+from scipy.interpolate import RegularGridInterpolator
+from scipy.spatial import cKDTree
+
+from risorius.jaw import FloatArray
+from risorius_offline.discretisation import IntArray
+from risorius_offline.head import chart
+from risorius_offline.head.openings import lid_margins, lip_lines
+from risorius_offline.head.skin import SKIN
+from risorius_offline.head.triangulation import Region, triangulate
+
+LOWER, UPPER = (0.0, -158.0), (116.0, 92.0)
+ROUNDING_BELOW, ROUNDING_ABOVE = 64.0, 50.0  # radii of the rim's corners, millimetres
+LATTICE = 1.6
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """uv (n, 2), counter-clockwise triangles (m, 3) seen from outside, mirror (n,) the node on the other side."""
+
+    uv: FloatArray
+    triangles: IntArray
+    mirror: npt.NDArray[np.int64]
+
+
+def face_sheet(size: float) -> Sheet:
+    """Triangulate the chart; `size` multiplies all edge lengths, which are 2 mm at the lips and 7 mm far away."""
+    to_space = _surface()
+    upper, lower = (chart.coordinates(line) for line in lip_lines())
+    mouth = np.concatenate([upper, lower[-2::-1]])
+    eye = np.concatenate([chart.coordinates(line)[:-1] for line in _around(lid_margins())])
+    at_lips, at_lids = cKDTree(to_space(mouth)), cKDTree(to_space(eye))
+
+    def spacing(points: FloatArray) -> FloatArray:
+        lips, lids = at_lips.query(points)[0], at_lids.query(points)[0]
+        nose = np.linalg.norm(points - np.array([0.0, -15.0, 100.0]), axis=1)
+        wanted = np.minimum.reduce([1.9 + 0.10 * lips, 2.0 + 0.13 * lids, 2.8 + 0.07 * nose, np.full(len(points), 8.5)])
+        result: FloatArray = size * wanted
+        return result
+
+    hole_mouth = np.concatenate([mouth, [[-1.0, mouth[-1, 1]], [-1.0, mouth[0, 1]]]])
+
+    def outline(uv: FloatArray) -> FloatArray:
+        holes = [-_signed_distance(uv, eye), -_signed_distance(uv, hole_mouth)]
+        result: FloatArray = np.maximum.reduce([rim(uv), -uv[:, 0], *holes])
+        return result
+
+    def walk(line: FloatArray) -> FloatArray:
+        return _evenly(line, to_space, spacing)
+
+    fixed = np.concatenate([
+        walk(upper), walk(lower)[:-1],
+        *(walk(chart.coordinates(line))[:-1] for line in _around(lid_margins())),
+        walk(_midline(mouth[0, 1], UPPER[1]))[1:], walk(_midline(mouth[-1, 1], LOWER[1]))[1:],
+    ])  # fmt: skip
+    region = Region(outline, to_space, spacing, fixed, (LOWER, UPPER), 1.4 * size)
+    return _mirrored(*triangulate(region))
+
+
+def rim(uv: FloatArray) -> FloatArray:
+    """Signed distance (n,) to the rim of the sheet, negative inside: a rectangle with rounded corners."""
+    rounding = np.where(uv[:, 1] < 0.0, ROUNDING_BELOW, ROUNDING_ABOVE)
+    aside = np.abs(uv[:, 0]) - UPPER[0] + rounding
+    middle, half = 0.5 * (UPPER[1] + LOWER[1]), 0.5 * (UPPER[1] - LOWER[1])
+    up = np.abs(uv[:, 1] - middle) - half + rounding
+    outside = np.hypot(np.maximum(aside, 0.0), np.maximum(up, 0.0))
+    result: FloatArray = outside + np.minimum(np.maximum(aside, up), 0.0) - rounding
+    return result
+
+
+def _around(margins: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    upper, lower = margins
+    return upper, lower[::-1]
+
+
+def _surface():  # type: ignore[no-untyped-def]
+    u = np.arange(0.0, UPPER[0] + LATTICE, LATTICE)
+    v = np.arange(LOWER[1] - LATTICE, UPPER[1] + LATTICE, LATTICE)
+    lattice = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    depth = RegularGridInterpolator(
+        (u, v), chart.outermost(SKIN, lattice).reshape(len(u), len(v)), bounds_error=False, fill_value=None
+    )
+
+    def to_space(uv: FloatArray) -> FloatArray:
+        origins, directions = chart.rays(uv)
+        result: FloatArray = origins + depth(np.column_stack([np.abs(uv[:, 0]), uv[:, 1]]))[:, None] * directions
+        return result
+
+    return to_space
+
+
+def _midline(start: float, end: float) -> FloatArray:
+    v = np.linspace(start, end, 400)
+    return np.column_stack([np.zeros_like(v), v])
+
+
+def _evenly(line, to_space, spacing) -> FloatArray:  # type: ignore[no-untyped-def]
+    """Points (k, 2) on a line, both ends included, spaced in space as wanted."""
+    points = to_space(line)
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    passed = np.concatenate([[0.0], np.cumsum(length / spacing(0.5 * (points[1:] + points[:-1])))])
+    at = np.linspace(0.0, passed[-1], max(round(passed[-1]), 2) + 1)
+    return np.column_stack([np.interp(at, passed, line[:, k]) for k in (0, 1)])
+
+
+def _signed_distance(points: FloatArray, polygon: FloatArray) -> FloatArray:
+    """Distance (n,) to a closed polygon, negative inside."""
+    result = np.full(len(points), np.inf)
+    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        along = np.clip(((points - a) @ (b - a)) / max(float((b - a) @ (b - a)), 1e-30), 0.0, 1.0)
+        result = np.minimum(result, np.linalg.norm(points - a - along[:, None] * (b - a), axis=1))
+    return np.where(PlanePath(polygon).contains_points(points), -result, result)
+
+
+def _mirrored(nodes: FloatArray, triangles: IntArray) -> Sheet:
+    used = np.unique(triangles)
+    number = np.full(len(nodes), -1)
+    number[used] = np.arange(len(used))
+    nodes, triangles = nodes[used], number[triangles]
+    nodes[np.abs(nodes[:, 0]) < 1e-5, 0] = 0.0
+    off = np.flatnonzero(nodes[:, 0] > 0.0)
+    mirror = np.arange(len(nodes))
+    mirror[off] = len(nodes) + np.arange(len(off))
+    uv = np.concatenate([nodes, nodes[off] * [-1.0, 1.0]])
+    both = np.concatenate([mirror, off])
+    return Sheet(uv, np.concatenate([triangles, mirror[triangles][:, [0, 2, 1]]]), both)

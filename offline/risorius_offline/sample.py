@@ -1,0 +1,95 @@
+"""One sample of a sampling design, solved on a worker."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius.errors import SolverError
+from risorius.jaw import FloatArray
+from risorius.snapshot_store import REPORT, Solved
+from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
+from risorius_offline.newton import SolverReport
+from risorius_offline.sensitivities import sensitivities
+
+# Of the last attempt: as many load steps from rest at least, each of which may still be halved.
+SMALL_STEPS = 8
+
+
+@dataclass(frozen=True)
+class State:
+    """Parameters (p,) of an equilibrium and its displacement (n, 3), single precision, as it is stored."""
+
+    parameters: FloatArray
+    displacement: npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a sample: `solved` is None when it failed, and `failure` says why."""
+
+    parameters: FloatArray
+    solved: Solved | None
+    report: dict[str, float]
+    failure: str = ""
+
+    @property
+    def state(self) -> State | None:
+        """The equilibrium, for others to start from."""
+        return State(self.parameters, self.solved.displacement) if self.solved else None
+
+
+@dataclass(frozen=True)
+class SampleSolver:
+    """Solves samples; derivatives: whether to find those of the displacement as well."""
+
+    solver: EquilibriumSolver
+    derivatives: bool
+
+    @cached_property
+    def _rest(self) -> Equilibrium:
+        return self.solver.rest()
+
+    def solve(self, parameters: FloatArray, states: Sequence[State]) -> Outcome:
+        """Solve from the nearest of `states`; else from rest; else from rest in small steps.
+
+        It does not raise SolverError: the outcome says what the last attempt met with.
+        """
+        begun = time.thread_time()
+        failure, attempts = "", 0
+        for attempt in self._attempts(parameters, states):
+            attempts += 1
+            try:
+                solved = self._solved(attempt())
+                report = {**solved.report, "attempts": attempts, "seconds": time.thread_time() - begun}
+                return Outcome(parameters, Solved(solved.displacement, solved.derivatives, report), report)
+            except (SolverError, np.linalg.LinAlgError, MemoryError) as error:
+                failure = str(error) or type(error).__name__
+        return Outcome(parameters, None, {"attempts": attempts, "seconds": time.thread_time() - begun}, failure)
+
+    def _attempts(self, parameters: FloatArray, states: Sequence[State]) -> Iterator[Callable[[], Equilibrium]]:
+        known = [self._rest, *(Equilibrium(s.parameters, s.displacement.astype(np.float64)) for s in states)]
+        nearest = min(known, key=lambda state: float(np.linalg.norm(state.parameters - parameters)))
+        if nearest is not self._rest:
+            yield lambda: self.solver.solve(parameters, nearest)
+        yield lambda: self.solver.solve(parameters, self._rest)
+        yield lambda: self._in_small_steps(parameters)
+
+    def _in_small_steps(self, parameters: FloatArray) -> Equilibrium:
+        state = self._rest
+        for share in np.arange(1, SMALL_STEPS + 1) / SMALL_STEPS:
+            state = self.solver.solve(share * parameters, state)
+        return state
+
+    def _solved(self, found: Equilibrium) -> Solved:
+        derivatives = sensitivities(self.solver.model, found).astype(np.float32) if self.derivatives else None
+        return Solved(found.u.astype(np.float32), derivatives, _entries(found.report))
+
+
+def _entries(report: SolverReport) -> dict[str, float]:
+    return {name: value for name, value in asdict(report).items() if name in (REPORT.names or ())}

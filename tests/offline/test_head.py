@@ -1,0 +1,113 @@
+"""The built-in head at rest: distances, depths, quality of its cells, symmetry, what is seen."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from risorius.errors import InputError
+from risorius_offline.discretisation import Discretisation
+from risorius_offline.head.head import built_in_head
+from risorius_offline.head.proportions import NORMS
+from risorius_offline.head.quality import scaled_jacobians
+from risorius_offline.head.reshape import MILLIMETRES, SELLION
+from risorius_offline.head.skin import SKIN
+from tests.full_head import MUSCLES
+from tests.offline.head_measures import distances, level, soft_tissue_depths, triangles
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+
+
+def test_right_prism_on_an_even_triangle_has_scaled_jacobians_of_one():
+    even = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
+    points = np.vstack([np.column_stack([even, np.full(3, height)]) for height in (0.0, 0.3)])
+    np.testing.assert_allclose(scaled_jacobians(points, np.arange(6)[None]), 1.0, atol=1e-14)
+    np.testing.assert_allclose(scaled_jacobians(points * MIRROR, np.arange(6)[None]), -1.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", NORMS)
+def test_distance_between_landmarks_is_that_of_an_adult(sculpted_head, adult_head, name):
+    assert distances(sculpted_head, adult_head)[name] == pytest.approx(NORMS[name].mean, rel=0.08)
+
+
+def test_soft_tissue_is_as_deep_as_published_at_fifteen_landmarks(sculpted_head, adult_head):
+    """Published depths are square to the bone, which lies between the ray and the shortest way."""
+    off = {
+        name: min(abs(measured / published - 1.0) for measured in both)
+        for name, (published, *both) in soft_tissue_depths(sculpted_head, adult_head).items()
+    }
+    assert sum(value < 0.3 for value in off.values()) >= 15, off
+
+
+def test_no_cell_is_bad_and_one_in_a_hundred_poor(adult_head):
+    worst = scaled_jacobians(adult_head.points, adult_head.cells[0].connectivity).min(axis=1)
+    assert worst.min() >= 0.05
+    assert np.percentile(worst, 1.0) >= 0.2
+
+
+@pytest.mark.slow
+def test_two_builds_are_the_same_to_the_last_bit(adult_head):
+    assert built_in_head("draft").checksum() == adult_head.checksum()
+
+
+def test_unknown_size_is_named_with_those_that_there_are():
+    with pytest.raises(InputError, match=r"size 'huge'.*draft, standard, fine"):
+        built_in_head("huge")
+
+
+def test_nodes_cells_and_what_holds_them_are_mirror_images(adult_head):
+    other = mirror_nodes(adult_head.points)
+    assert (other[other] == np.arange(len(other))).all()
+    np.testing.assert_array_equal(adult_head.skull[other], adult_head.skull)
+    np.testing.assert_array_equal(adult_head.jaw[other], adult_head.jaw)
+    np.testing.assert_array_equal(np.array([0, 2, 1])[adult_head.lids[other]], adult_head.lids)
+    faces = triangles(adult_head)
+    across = other[: len(level(adult_head, 0))]
+    assert faces_of(across[faces][:, ::-1]) == faces_of(faces)
+    left, right = (np.array(centre) for centre in adult_head.lid_motion.centres)
+    np.testing.assert_array_equal(left * MIRROR, right)
+    assert adult_head.jaw_motion.condyle_centre[0] == 0.0
+
+
+def test_muscles_are_mirror_images(adult_head):
+    fibres = {muscle.name: muscle.fibres for muscle in adult_head.muscles}
+    for name in MUSCLES:
+        for left, right in zip(fibres[f"{name}_L"].lines, fibres[f"{name}_R"].lines, strict=True):
+            np.testing.assert_array_equal(left * MIRROR, right)
+
+
+def test_every_muscle_is_there_on_both_sides_with_tissue(adult_head):
+    discretisation = Discretisation(adult_head.points, adult_head.cells)
+    with_tissue = {m.name for m in adult_head.muscles if len(m.fibres.field(discretisation).points)}
+    assert with_tissue == {f"{name}_{side}" for name in MUSCLES for side in "LR"}
+
+
+def test_visible_triangles_face_outwards_as_the_sculpture_does(sculpted_head):
+    surface = sculpted_head.surface
+    on_skin = np.arange(len(sculpted_head.points)) >= sculpted_head.skin.min()
+    outer = (surface.weights @ on_skin > 1.0 - 1e-9)[surface.triangles].all(axis=1)
+    corners = (MILLIMETRES * surface.points + SELLION)[surface.triangles[outer]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    outward = SKIN.gradient(corners.mean(axis=1))
+    cosine = (normals * outward).sum(1) / np.linalg.norm(normals, axis=1) / np.linalg.norm(outward, axis=1)
+    assert cosine.min() > 0.0
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_eyeball_is_a_sphere_about_the_centre_that_the_lid_turns_about(adult_head, side):
+    centre = adult_head.lid_motion.centres[side == "right"]
+    for points in (adult_head.bones[f"{side}_eyeball"].points, adult_head.companions[f"eyeball_{side}"].points):
+        away = np.linalg.norm(points - centre, axis=1)
+        assert np.ptp(away) < 1e-12
+
+
+def mirror_nodes(points):
+    """Number (n,) of the node that is exactly the mirror image."""
+    places = {tuple(point): number for number, point in enumerate(points.tolist())}
+    return np.array([places[-x, y, z] for x, y, z in points.tolist()])
+
+
+def faces_of(faces):
+    """Triangles as a multiset, whichever corner is first."""
+    first = faces.argmin(axis=1)
+    return Counter(tuple(np.roll(face, -k)) for face, k in zip(faces, first, strict=True))
