@@ -105,7 +105,7 @@ ROWS = (
     Row("AU15", "corner of the mouth", "down", {"AU15": 1}, motion("corner of the mouth")),
     Row("AU16", "lower lip", "down", {"AU16": 1}, motion("lower lip")),
     Row("AU17", "chin", "up", {"AU17": 1}, motion("chin")),
-    Row("AU18", "width of the mouth", "at least 15 % less", {"AU18": 1}, lambda face: f"{100 * face.mouth_width():+.0f} %"),
+    Row("AU18", "width of the mouth", "15 % less", {"AU18": 1}, lambda face: f"{100 * face.mouth_width():+.0f} %"),
     Row("AU20", "corner of the mouth", "outwards", {"AU20": 1}, motion("corner of the mouth")),
 )  # fmt: skip
 
