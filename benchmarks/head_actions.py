@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from risorius.jaw import FloatArray
+from risorius_offline.anatomy import Anatomy
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
@@ -49,7 +50,7 @@ class Row:
 class Face:
     """Displacement of the visible surface of one equilibrium."""
 
-    def __init__(self, anatomy, parameters: FloatArray, u: FloatArray) -> None:  # type: ignore[no-untyped-def]
+    def __init__(self, anatomy: Anatomy, parameters: FloatArray, u: FloatArray) -> None:
         self._anatomy, self._parameters = anatomy, parameters
         surface = anatomy.surface
         self._rest = 1e3 * surface.points + SELLION
@@ -124,7 +125,7 @@ def main() -> None:
     print_one_sided(anatomy, solver)
 
 
-def print_one_sided(anatomy, solver: EquilibriumSolver) -> None:  # type: ignore[no-untyped-def]
+def print_one_sided(anatomy: Anatomy, solver: EquilibriumSolver) -> None:
     """Print the largest motion on the right of units on the left alone, as a share of their peak."""
     skin = anatomy.surface
     right = skin.points[:, 0] < -0.005

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.jaw import FloatArray
+from risorius_offline.anatomy.anatomy import LEFT_LID, RIGHT_LID
 from risorius_offline.head.skin import EYE_CENTRE, EYE_RADIUS
 
 Flags = npt.NDArray[np.bool_]
@@ -24,23 +25,24 @@ ORBIT = 23.0  # from the eyeball's centre: soft tissue within it lies on no bone
 WINGS = (5.0, 20.0, -8.0, -27.0)  # of the nose: x from, to; y below, above
 CHIN_BOTTOM = -84.0
 JAW_TO_RIM = 22.0  # no closer to the held rim does tissue follow the mandible
-PLATE_THICKNESS = 8.0
-BROW, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 10.0, 50.0, 12.0  # where the forehead begins to glide on the bone
-MARGIN = 1.0  # of the lid, up to which all layers are part of the plate
-CANTHUS = 1.6  # about the corner of the eye, held by its tendon in all layers
-PLATE_REACH = 1.0  # height of the tarsal plate above the lid margin
-LEFT, RIGHT = 1, 2
+# Where the forehead glides on the bone: above the brow, less far down at the glabella, within the temporal lines.
+BROW, BROW_AT_GLABELLA, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 33.0, 10.0, 50.0, 12.0
+CANTHUS = 1.6  # about the corner of the eye, held by its tendon
+# The tarsal plate: nodes about the margin of the upper lid, and how far in front of the eyeball they are sought.
+BELOW_MARGIN, ABOVE_MARGIN, PLATE_DEPTH = 0.5, 1.0, 8.0
 
 
 @dataclass(frozen=True)
 class Attachments:
-    """Flags (n,) of the deep nodes held by each; lids: 0, LEFT or RIGHT plate."""
+    """Flags (n,) of the sheet's nodes, and lids: 0, LEFT_LID or RIGHT_LID.
+
+    Skull and jaw hold the deep nodes; canthi, to the skull, and lids those of all layers.
+    """
 
     skull: Flags
     jaw: Flags
-    lids: npt.NDArray[np.int8]
-    margin: Flags
     canthi: Flags
+    lids: npt.NDArray[np.int8]
 
 
 def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> Attachments:
@@ -54,25 +56,19 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     cheek = (z > MASSETER_FRONT) & (y > VESTIBULE[0]) & (y < np.where(x > 30.0, CHEEK_TOP, VESTIBULE[1]))
     wings = (x > WINGS[0]) & (x < WINGS[1]) & (y < WINGS[2]) & (y > WINGS[3]) & (z > 80.0)
     throat = (y < CHIN_BOTTOM) | ((y < -60.0) & _below_mandible(x, y, z))
-    forehead = (y > np.where(x < GLABELLA, BROW + 6.0, BROW)) & (x < TEMPORAL_LINE) & (to_rim > SCALP)
+    forehead = (y > np.where(x < GLABELLA, BROW_AT_GLABELLA, BROW)) & (x < TEMPORAL_LINE) & (to_rim > SCALP)
     free = orbit | cheek | wings | throat | forehead
     below_hinge = (y <= VESTIBULE[0]) | ((z <= MASSETER_FRONT) & (y < CHEEK_TOP))
     rim = to_rim <= 0.0
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
     skull = (~below_hinge & ~free) | rim
-    corners = margins[[0, -1]]
-    canthi = np.linalg.norm(np.column_stack([x, y])[:, None] - corners[None, :, :2], axis=2).min(axis=1) < CANTHUS
-    plate = (
-        (to_eye < EYE_RADIUS + PLATE_THICKNESS)
-        & (y > np.interp(x, margins[:, 0], margins[:, 1]) - 0.5)
-        & (y < np.interp(x, margins[:, 0], margins[:, 1]) + PLATE_REACH)
-        & ~canthi
-        & (x > margins[0, 0])
-        & (x < margins[-1, 0])
-    )
-    margin = plate & (y < np.interp(x, margins[:, 0], margins[:, 1]) + MARGIN)
-    lids = np.where(plate & ~rim, np.where(deep[:, 0] > 0.0, LEFT, RIGHT), 0).astype(np.int8)
-    return Attachments(skull | canthi, jaw, lids, margin, canthi)
+    corners = margins[[0, -1], :2]
+    canthi = np.linalg.norm(np.column_stack([x, y])[:, None] - corners, axis=2).min(axis=1) < CANTHUS
+    above = y - np.interp(x, margins[:, 0], margins[:, 1])
+    plate = (above > -BELOW_MARGIN) & (above < ABOVE_MARGIN) & (to_eye < EYE_RADIUS + PLATE_DEPTH)
+    plate &= (x > margins[0, 0]) & (x < margins[-1, 0]) & ~canthi
+    lids = np.where(plate, np.where(deep[:, 0] > 0.0, LEFT_LID, RIGHT_LID), 0).astype(np.int8)
+    return Attachments(skull, jaw, canthi, lids)
 
 
 def _below_mandible(x: FloatArray, y: FloatArray, z: FloatArray) -> Flags:

@@ -56,10 +56,8 @@ def sculpted_head(size: str) -> Anatomy:
     held = attachments(shell.points[:count], to_rim, lid_margins()[0])
     levels = len(shell.points) // count
     skull, jaw = np.zeros((levels, count), dtype=bool), np.zeros((levels, count), dtype=bool)
-    lids = np.zeros((levels, count), dtype=np.int8)
-    skull[0], jaw[0], lids[0] = held.skull, held.jaw, held.lids
+    skull[0], jaw[0] = held.skull, held.jaw
     skull[:, held.canthi | (to_rim == 0.0)] = True
-    lids[1:, held.margin] = held.lids[held.margin]
     skin = visible_skin(sheet, shell, to_rim == 0.0)
     return Anatomy(
         name="built-in head",
@@ -75,7 +73,7 @@ def sculpted_head(size: str) -> Anatomy:
         skin=sheet.triangles + (levels - 1) * count,
         muscles=_muscles(shell),
         jaw_motion=JawMotion(_point(CONDYLE), OPENING_ANGLE, OPENING_SLIDE, FORWARD_SLIDE, SIDEWAYS_SLIDE),
-        lids=lids.ravel(),
+        lids=np.tile(held.lids, levels),
         lid_motion=LidMotion((_point(EYE_CENTRE), _point(EYE_CENTRE, -1.0)), CLOSING_ANGLE),
         epidermis=EPIDERMIS,
         surface=CarriedSurface(

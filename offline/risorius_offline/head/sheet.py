@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.path import Path as PlanePath
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial import cKDTree
 
@@ -16,6 +17,8 @@ from risorius_offline.head import chart
 from risorius_offline.head.openings import lid_margins, lip_lines
 from risorius_offline.head.skin import SKIN
 from risorius_offline.head.triangulation import Region, triangulate
+
+Map: TypeAlias = Callable[[FloatArray], FloatArray]
 
 LOWER, UPPER = (0.0, -158.0), (116.0, 92.0)
 ROUNDING_BELOW, ROUNDING_ABOVE = 64.0, 50.0  # radii of the rim's corners, millimetres
@@ -81,7 +84,8 @@ def _around(margins: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatAr
     return upper, lower[::-1]
 
 
-def _surface():  # type: ignore[no-untyped-def]
+def _surface() -> Map:
+    """Map of the chart onto the skin, by interpolated distances along the rays."""
     u = np.arange(0.0, UPPER[0] + LATTICE, LATTICE)
     v = np.arange(LOWER[1] - LATTICE, UPPER[1] + LATTICE, LATTICE)
     lattice = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -102,7 +106,7 @@ def _midline(start: float, end: float) -> FloatArray:
     return np.column_stack([np.zeros_like(v), v])
 
 
-def _evenly(line, to_space, spacing) -> FloatArray:  # type: ignore[no-untyped-def]
+def _evenly(line: FloatArray, to_space: Map, spacing: Map) -> FloatArray:
     """Points (k, 2) on a line, both ends included, spaced in space as wanted."""
     points = to_space(line)
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -114,10 +118,16 @@ def _evenly(line, to_space, spacing) -> FloatArray:  # type: ignore[no-untyped-d
 def _signed_distance(points: FloatArray, polygon: FloatArray) -> FloatArray:
     """Distance (n,) to a closed polygon, negative inside."""
     result = np.full(len(points), np.inf)
+    inside = np.zeros(len(points), dtype=bool)
     for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        along = np.clip(((points - a) @ (b - a)) / max(float((b - a) @ (b - a)), 1e-30), 0.0, 1.0)
-        result = np.minimum(result, np.linalg.norm(points - a - along[:, None] * (b - a), axis=1))
-    return np.where(PlanePath(polygon).contains_points(points), -result, result)
+        edge, from_a = b - a, points - a
+        along = np.clip((from_a @ edge) / max(float(edge @ edge), 1e-30), 0.0, 1.0)
+        result = np.minimum(result, np.linalg.norm(from_a - along[:, None] * edge, axis=1))
+        # Edges that a ray towards greater u crosses: an odd number of them from within.
+        crossed = (a[1] <= points[:, 1]) != (b[1] <= points[:, 1])
+        beyond = edge[0] * from_a[:, 1] - edge[1] * from_a[:, 0]
+        inside ^= crossed & ((beyond > 0.0) == (edge[1] > 0.0))
+    return np.where(inside, -result, result)
 
 
 def _mirrored(nodes: FloatArray, triangles: IntArray) -> Sheet:

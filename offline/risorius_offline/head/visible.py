@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius.jaw import FloatArray
@@ -37,7 +38,7 @@ class VisibleSkin:
     border: IntArray
 
 
-def visible_skin(sheet: Sheet, shell: Shell, held_rim: np.ndarray) -> VisibleSkin:
+def visible_skin(sheet: Sheet, shell: Shell, held_rim: npt.NDArray[np.bool_]) -> VisibleSkin:
     """Refine skin and openings; held_rim (n,) flags the sheet's nodes on its outer rim."""
     skin = len(shell.points) - shell.level_size
     edges = _opening_edges(sheet.triangles, held_rim)
@@ -59,7 +60,7 @@ def visible_skin(sheet: Sheet, shell: Shell, held_rim: np.ndarray) -> VisibleSki
     return VisibleSkin(points, triangles, (weights @ columns).tocsr(), 1.0 - outside, border)
 
 
-def _opening_edges(triangles: IntArray, held_rim: np.ndarray) -> IntArray:
+def _opening_edges(triangles: IntArray, held_rim: npt.NDArray[np.bool_]) -> IntArray:
     """Directed boundary edges (k, 2) of mouth and lids, as their triangle has them."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     size = triangles.max() + 1
