@@ -18,12 +18,15 @@ from scipy.spatial import cKDTree
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy import Anatomy
 from risorius_offline.contact_choice import ContactChoice
+from risorius_offline.discretisation import IntArray
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.head import built_in_head
-from risorius_offline.head.head import SELLION
 from risorius_offline.head.openings import LIP_LINE, lid_margins
+from risorius_offline.head.proportions import ADULT
+from risorius_offline.head.reshape import SELLION
 from risorius_offline.head.skull import INCISAL_EDGE
+from risorius_offline.head.warp import Warp
 
 PLACES = {
     "corner of the mouth": LIP_LINE[-1],
@@ -54,30 +57,35 @@ class Face:
         self._anatomy, self._parameters = anatomy, parameters
         surface = anatomy.surface
         self._rest = 1e3 * surface.points + SELLION
+        self._shape = Warp(ADULT)
         self._moved = 1e3 * (surface.weights @ u)
 
     def of(self, place: str) -> FloatArray:
         """Motion (3,) of the nearest visible point, mm."""
-        return self._moved[cKDTree(self._rest).query(PLACES[place])[1]]
+        return self._moved[self._nearest(np.array([PLACES[place]]))[0]]
+
+    def _nearest(self, sculpted: FloatArray) -> IntArray:
+        """Visible points (k,) nearest to places (k, 3) on the head as sculpted."""
+        found: IntArray = cKDTree(self._rest).query(self._shape(sculpted))[1]
+        return found
 
     def mouth_width(self) -> float:
         """Change of the width of the mouth, as a share."""
-        rest = 2.0 * PLACES["corner of the mouth"][0]
-        return float(2.0 * self.of("corner of the mouth")[0] / rest)
+        corner = self._nearest(np.array([PLACES["corner of the mouth"]]))[0]
+        return float(self._moved[corner, 0] / self._rest[corner, 0])
 
     def lid_gap(self) -> float:
         """Largest vertical gap between the margins of the left lids, mm."""
         upper, lower = lid_margins(41)
-        tree = cKDTree(self._rest)
-        positions = [self._rest[k] + self._moved[k] for k in (tree.query(upper)[1], tree.query(lower)[1])]
-        x = np.linspace(upper[6, 0], upper[-7, 0], 30)
+        positions = [self._rest[k] + self._moved[k] for k in (self._nearest(upper), self._nearest(lower))]
+        x = np.linspace(positions[0][6, 0], positions[0][-7, 0], 30)
         heights = [np.interp(x, line[np.argsort(line[:, 0]), 0], line[np.argsort(line[:, 0]), 1]) for line in positions]
         return float((heights[0] - heights[1]).max())
 
     def incisal_opening(self) -> float:
         """Distance that the lower incisors travel, mm."""
         poses = self._anatomy.poses
-        point = 1e-3 * (np.array(INCISAL_EDGE) - SELLION)[None]
+        point = 1e-3 * (self._shape(np.array([INCISAL_EDGE])) - SELLION)
         lifts = poses.lift_coordinates(self._parameters[len(self._anatomy.muscles) :])[: poses.jaw.lift_count]
         return float(1e3 * np.linalg.norm(np.tensordot(lifts, poses.jaw.unit_motions(point), axes=1)))
 
