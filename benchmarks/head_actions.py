@@ -22,7 +22,7 @@ from risorius_offline.discretisation import IntArray
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.head import built_in_head
-from risorius_offline.head.openings import LIP_LINE, lid_margins
+from risorius_offline.head.openings import LIP_LINE
 from risorius_offline.head.proportions import ADULT
 from risorius_offline.head.reshape import SELLION
 from risorius_offline.head.skull import INCISAL_EDGE
@@ -74,14 +74,6 @@ class Face:
         corner = self._nearest(np.array([PLACES["corner of the mouth"]]))[0]
         return float(self._moved[corner, 0] / self._rest[corner, 0])
 
-    def lid_gap(self) -> float:
-        """Largest vertical gap between the margins of the left lids, mm."""
-        upper, lower = lid_margins(41)
-        positions = [self._rest[k] + self._moved[k] for k in (self._nearest(upper), self._nearest(lower))]
-        x = np.linspace(positions[0][6, 0], positions[0][-7, 0], 30)
-        heights = [np.interp(x, line[np.argsort(line[:, 0]), 0], line[np.argsort(line[:, 0]), 1]) for line in positions]
-        return float((heights[0] - heights[1]).max())
-
     def incisal_opening(self) -> float:
         """Distance that the lower incisors travel, mm."""
         poses = self._anatomy.poses
@@ -104,7 +96,6 @@ ROWS = (
     Row("AU12", "corner of the mouth", "9.3 ± 2.8, up and outwards", {"AU12": 1}, motion("corner of the mouth")),
     Row("AU1+2", "middle of the brow", "10.6 ± 2.5 up", {"AU1": 1, "AU2": 1}, motion("middle of the brow")),
     Row("AU4", "inner brow", "together and down", {"AU4": 1}, motion("inner brow")),
-    Row("AU43", "gap between the lids", "at most 1", {"AU43": 1}, lambda face: f"{face.lid_gap():.2f}"),
     Row("AU26", "lower incisors", "at least 20", {"AU26": 1}, lambda face: f"{face.incisal_opening():.1f}"),
     Row("AU27", "lower incisors", "40 to 50", {"AU27": 1}, lambda face: f"{face.incisal_opening():.1f}"),
     Row("AU9", "wing of the nose", "up", {"AU9": 1}, motion("wing of the nose")),
