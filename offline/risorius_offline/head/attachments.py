@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import LEFT_LID, RIGHT_LID
-from risorius_offline.head.skin import EYE_CENTRE, EYE_RADIUS
+from risorius_offline.head.skin import EYE_RADIUS, distance_to_eye
 
 Flags = npt.NDArray[np.bool_]
 
@@ -51,7 +51,7 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     to_rim (n,): distance to the held rim of the sheet. margins (k, 3): of the left upper lid.
     """
     x, y, z = np.abs(deep[:, 0]), deep[:, 1], deep[:, 2]
-    to_eye = np.linalg.norm(np.column_stack([x, y, z]) - np.asarray(EYE_CENTRE), axis=1)
+    to_eye = distance_to_eye(deep)
     orbit = to_eye < ORBIT
     cheek = (z > MASSETER_FRONT) & (y > VESTIBULE[0]) & (y < np.where(x > 30.0, CHEEK_TOP, VESTIBULE[1]))
     wings = (x > WINGS[0]) & (x < WINGS[1]) & (y < WINGS[2]) & (y > WINGS[3]) & (z > 80.0)

@@ -77,7 +77,7 @@ def _ellipsoid(
 
 
 def _eyeball(centre: tuple[float, float, float]) -> Companion:
-    """Eyeball that looks ahead; rings of points are crowded where iris and pupil end."""
+    """Eyeball that looks ahead."""
     points, triangles = _globe()
     away = np.arccos(np.clip(points[:, 2], -1.0, 1.0)) * EYE_RADIUS
     edges = np.arcsin(np.array([PUPIL_RADIUS, IRIS_RADIUS]) / EYE_RADIUS) * EYE_RADIUS
@@ -160,7 +160,7 @@ def _ear(sign: float) -> Companion:
         local[:, 0] * np.sin(flare) + local[:, 2] * np.cos(flare),
     ])  # fmt: skip
     turned = np.column_stack([
-        outward[:, 0], outward[:, 1] * np.cos(tilt) - outward[:, 2] * np.sin(tilt) * -1.0,
+        outward[:, 0], outward[:, 1] * np.cos(tilt) + outward[:, 2] * np.sin(tilt),
         outward[:, 2] * np.cos(tilt) - outward[:, 1] * np.sin(tilt),
     ])  # fmt: skip
     points = (turned + np.array(EAR_CENTRE)) * [sign, 1.0, 1.0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from risorius.companion import Companion
@@ -23,7 +25,7 @@ from risorius_offline.head.proportions import ADULT, Proportions
 from risorius_offline.head.reshape import SELLION, reshaped
 from risorius_offline.head.sheet import face_sheet, rim
 from risorius_offline.head.shell import Shell, layered_shell
-from risorius_offline.head.skin import EYE_CENTRE
+from risorius_offline.head.skin import EYE_CENTRE, distance_to_eye
 from risorius_offline.head.visible import VisibleSkin, visible_skin
 from risorius_offline.muscles.loads import ActiveStress
 from risorius_offline.muscles.muscle import Muscle
@@ -103,8 +105,7 @@ def _layers(shell: Shell) -> IntArray:
     """Layer of every wedge: by depth, but loose beneath the chin and of one kind in the lids."""
     centre = shell.points[shell.wedges].mean(axis=1)
     loose = (shell.layer == shell.layer.max()) & (centre[:, 1] < CHIN) & (centre[:, 2] < THROAT)
-    to_eye = np.linalg.norm(np.column_stack([np.abs(centre[:, 0]), centre[:, 1:]]) - np.asarray(EYE_CENTRE), axis=1)
-    return np.where(to_eye < LID_REACH, LID, np.where(loose, LOOSE, shell.layer))
+    return np.where(distance_to_eye(centre) < LID_REACH, LID, np.where(loose, LOOSE, shell.layer))
 
 
 def _muscles(shell: Shell) -> tuple[Muscle, ...]:
@@ -119,7 +120,4 @@ def _muscles(shell: Shell) -> tuple[Muscle, ...]:
 
 def _companions(skin: VisibleSkin) -> dict[str, Companion]:
     found = companions(skin.points, skin.points[skin.border])
-    return {
-        name: Companion(_placed(item.points), item.triangles, item.colours, item.moves_with)
-        for name, item in found.items()
-    }
+    return {name: replace(item, points=_placed(item.points)) for name, item in found.items()}

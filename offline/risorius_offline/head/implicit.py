@@ -32,12 +32,11 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """Ellipsoid; yaw turns it about y, pitch then about x, degrees. Distance to first order (Quilez 2008)."""
+    """Ellipsoid; yaw turns it about y, degrees. Distance to first order (Quilez 2008)."""
 
     centre: Triple
     radii: Triple
     yaw: float = 0.0
-    pitch: float = 0.0
 
     def distance(self, points: FloatArray) -> FloatArray:
         """Values (n,) at points (n, 3)."""
@@ -51,10 +50,7 @@ class Ellipsoid:
     @cached_property
     def _rotation(self) -> FloatArray:
         c, s = math.cos(math.radians(self.yaw)), math.sin(math.radians(self.yaw))
-        about_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-        c, s = math.cos(math.radians(self.pitch)), math.sin(math.radians(self.pitch))
-        about_x = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-        return about_y @ about_x
+        return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 @dataclass(frozen=True)
@@ -115,11 +111,10 @@ class Sculpture:
         result = self.strokes[0].shape.distance(folded)
         for stroke in self.strokes[1:]:
             value = stroke.shape.distance(folded)
-            result = (
-                smooth_maximum(result, -value, stroke.blend)
-                if stroke.carve
-                else (smooth_minimum(result, value, stroke.blend))
-            )
+            if stroke.carve:
+                result = smooth_maximum(result, -value, stroke.blend)
+            else:
+                result = smooth_minimum(result, value, stroke.blend)
         return result
 
     def gradient(self, points: FloatArray, step: float = 0.05) -> FloatArray:

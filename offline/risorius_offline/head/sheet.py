@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial import cKDTree
 
@@ -27,11 +26,10 @@ LATTICE = 1.6
 
 @dataclass(frozen=True)
 class Sheet:
-    """uv (n, 2), counter-clockwise triangles (m, 3) seen from outside, mirror (n,) the node on the other side."""
+    """uv (n, 2), counter-clockwise triangles (m, 3) seen from outside."""
 
     uv: FloatArray
     triangles: IntArray
-    mirror: npt.NDArray[np.int64]
 
 
 def face_sheet(size: float) -> Sheet:
@@ -140,5 +138,4 @@ def _mirrored(nodes: FloatArray, triangles: IntArray) -> Sheet:
     mirror = np.arange(len(nodes))
     mirror[off] = len(nodes) + np.arange(len(off))
     uv = np.concatenate([nodes, nodes[off] * [-1.0, 1.0]])
-    both = np.concatenate([mirror, off])
-    return Sheet(uv, np.concatenate([triangles, mirror[triangles][:, [0, 2, 1]]]), both)
+    return Sheet(uv, np.concatenate([triangles, mirror[triangles][:, [0, 2, 1]]]))

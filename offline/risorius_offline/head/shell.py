@@ -11,15 +11,13 @@ from risorius_offline.discretisation import IntArray
 from risorius_offline.head import chart
 from risorius_offline.head.depths import THINNEST, DepthField
 from risorius_offline.head.sheet import Sheet
-from risorius_offline.head.skin import EYE_CENTRE, SKIN
+from risorius_offline.head.skin import SKIN, distance_to_eye
 from risorius_offline.head.skull import DEEP
 
 SKIN_THICKNESS, LARGEST_SKIN_SHARE = 1.8, 0.33
 FRACTIONS = (0.0, 0.42, 0.70)  # of the tissue below the skin, from deep to superficial
-NEAR_EYE = (
-    14.5,
-    22.0,
-)  # millimetres from the eyeball's centre within which it decides alone, and beyond which it does not
+# Millimetres from the eyeball's centre within which it decides alone, and beyond which it does not.
+NEAR_EYE = (14.5, 22.0)
 
 
 @dataclass(frozen=True)
@@ -63,9 +61,7 @@ def _outer_and_thickness(depths: DepthField, uv: FloatArray) -> tuple[FloatArray
     skin = origins + outer[:, None] * directions
     sculpted = outer - chart.outermost(DEEP, uv)
     limited = depths.limited(uv, sculpted)
-    folded = np.column_stack([np.abs(skin[:, 0]), skin[:, 1:]])
-    away = np.linalg.norm(folded - np.asarray(EYE_CENTRE), axis=1)
-    share = np.clip((away - NEAR_EYE[0]) / (NEAR_EYE[1] - NEAR_EYE[0]), 0.0, 1.0)
+    share = np.clip((distance_to_eye(skin) - NEAR_EYE[0]) / (NEAR_EYE[1] - NEAR_EYE[0]), 0.0, 1.0)
     share = share**2 * (3.0 - 2.0 * share)
     result: FloatArray = np.maximum(share * limited + (1.0 - share) * sculpted, THINNEST)
     return outer, result

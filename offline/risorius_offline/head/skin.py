@@ -6,12 +6,14 @@ Frankfurt plane.
 
 from __future__ import annotations
 
+import numpy as np
+
+from risorius.jaw import FloatArray
 from risorius_offline.head.implicit import Ellipsoid, Sculpture, Sweep, add, carve
 
 EYE_CENTRE = (30.2, 17.0, 66.5)
 EYE_RADIUS = 13.0
 LID_THICKNESS = 2.4
-
 
 CRANIUM = (
     add(Ellipsoid((0, 52, -2), (73, 80, 94)), 0),
@@ -78,3 +80,10 @@ EYES = (add(Ellipsoid(EYE_CENTRE, (EYE_RADIUS + LID_THICKNESS,) * 3), 7),)
 NECK = (add(Sweep(((0, -30, -28), (0, -150, -40)), (48, 54)), 26),)
 
 SKIN = Sculpture((*CRANIUM, *MIDFACE, *JAW, *BROW, *NOSE, *MOUTH, *EYES, *NECK))
+
+
+def distance_to_eye(points: FloatArray) -> FloatArray:
+    """Distance (n,) of points (n, 3) to the centre of the eyeball on their side."""
+    folded = np.column_stack([np.abs(points[:, 0]), points[:, 1:]])
+    result: FloatArray = np.linalg.norm(folded - np.asarray(EYE_CENTRE), axis=1)
+    return result

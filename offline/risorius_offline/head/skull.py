@@ -11,27 +11,23 @@ from risorius_offline.head.skin import EYE_CENTRE, EYE_RADIUS
 
 INCISAL_EDGE = (0.0, -47.0, 88.0)  # of the lower central incisors
 
-CRANIUM = Sculpture(
-    (
-        add(Ellipsoid((0, 52, -2), (69, 75, 90)), 0),
-        add(Ellipsoid((0, 55, 36), (56, 50, 55)), 25),
-        add(Ellipsoid((26, 64, 54), (27, 22, 32)), 30),
-        add(Sweep(((8, 30, 81), (24, 34, 79), (38, 33, 71)), (5, 5, 5)), 10),
-        add(Sweep(((38, 33, 71), (50, 22, 54)), (5, 5)), 12),
-        add(Ellipsoid((0, -8, 40), (36, 44, 43)), 18),
-        add(Sweep(((33, -8, 58), (50, -5, 43), (60, 0, 12)), (7, 6, 4.5)), 10),
-        add(Sweep(((0, 26, 82), (0, 12, 84), (0, 2, 88)), (4.5, 4, 4)), 6),
-        add(Ellipsoid((0, -14, 82), (9, 13, 12)), 8),
-        add(Ellipsoid((0, -33, 60), (25, 15, 31.5)), 10),
-    )
+CRANIUM = (
+    add(Ellipsoid((0, 52, -2), (69, 75, 90)), 0),
+    add(Ellipsoid((0, 55, 36), (56, 50, 55)), 25),
+    add(Ellipsoid((26, 64, 54), (27, 22, 32)), 30),
+    add(Sweep(((8, 30, 81), (24, 34, 79), (38, 33, 71)), (5, 5, 5)), 10),
+    add(Sweep(((38, 33, 71), (50, 22, 54)), (5, 5)), 12),
+    add(Ellipsoid((0, -8, 40), (36, 44, 43)), 18),
+    add(Sweep(((33, -8, 58), (50, -5, 43), (60, 0, 12)), (7, 6, 4.5)), 10),
+    add(Sweep(((0, 26, 82), (0, 12, 84), (0, 2, 88)), (4.5, 4, 4)), 6),
+    add(Ellipsoid((0, -14, 82), (9, 13, 12)), 8),
+    add(Ellipsoid((0, -33, 60), (25, 15, 31.5)), 10),
 )
-MANDIBLE = Sculpture(
-    (
-        add(Sweep(((51, -6, 6), (44, -50, 15)), (6, 6)), 0),
-        add(Sweep(((44, -51, 16), (29, -64, 46), (12, -73, 70)), (6.5, 7, 8.5)), 8),
-        add(Ellipsoid((0, -73, 74.5), (14, 11.5, 10.5)), 8),
-        add(Ellipsoid((0, -55, 58), (24, 12, 30.0)), 10),
-    )
+MANDIBLE = (
+    add(Sweep(((51, -6, 6), (44, -50, 15)), (6, 6)), 0),
+    add(Sweep(((44, -51, 16), (29, -64, 46), (12, -73, 70)), (6.5, 7, 8.5)), 8),
+    add(Ellipsoid((0, -73, 74.5), (14, 11.5, 10.5)), 8),
+    add(Ellipsoid((0, -55, 58), (24, 12, 30.0)), 10),
 )
 HOLLOWS = (
     add(Ellipsoid((24, -32, 36), (17, 32, 26)), 12),
@@ -40,6 +36,4 @@ HOLLOWS = (
 )
 GLOBE = Ellipsoid(EYE_CENTRE, (EYE_RADIUS + 0.2,) * 3)
 
-DEEP = Sculpture(
-    (*CRANIUM.strokes, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE.strokes), *HOLLOWS, add(GLOBE, 3))
-)
+DEEP = Sculpture((*CRANIUM, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE), *HOLLOWS, add(GLOBE, 3)))
