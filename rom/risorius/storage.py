@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
+import scipy.sparse as sp
 
 from risorius.errors import Error, FileFormatError, InputError
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 UNITS = "SI"
 TEXT = h5py.string_dtype()
+_SPARSE_PARTS = ("data", "indices", "indptr")
 
 
 @contextmanager
@@ -128,6 +130,18 @@ def content_checksum(group: h5py.Group) -> str:
     add(group.name, group)
     group.visititems(add)
     return digest.hexdigest()
+
+
+def write_sparse(group: h5py.Group, matrix: sp.csr_matrix) -> None:
+    """Store a matrix in compressed rows in a group of its own."""
+    for part in _SPARSE_PARTS:
+        group[part] = getattr(matrix, part)
+    group.attrs["shape"] = matrix.shape
+
+
+def read_sparse(group: h5py.Group) -> sp.csr_matrix:
+    """Load what `write_sparse` stored."""
+    return sp.csr_matrix(tuple(group[part][()] for part in _SPARSE_PARTS), shape=tuple(group.attrs["shape"]))
 
 
 def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ def face():
         companions={},
         nodal_volumes=rng.uniform(1.0, 2.0, NODES),
         lift_fields=rng.normal(size=(4, NODES, 3)),
+        body=None,
     )
 
 
