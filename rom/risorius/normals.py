@@ -34,6 +34,7 @@ def _write(vertices, triangles, out):  # type: ignore[no-untyped-def]
             out[corner, 1] += y
             out[corner, 2] += z
     for n in range(len(out)):
-        size = np.sqrt(out[n, 0] ** 2 + out[n, 1] ** 2 + out[n, 2] ** 2)
+        x, y, z = out[n, 0], out[n, 1], out[n, 2]
+        size = np.sqrt(x * x + y * y + z * z)
         if size > 0.0:
-            out[n] /= size
+            out[n, 0], out[n, 1], out[n, 2] = x / size, y / size, z / size

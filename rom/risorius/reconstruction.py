@@ -82,7 +82,10 @@ class CarriedReconstruction:
         """See `Reconstruction`."""
         self._coordinates[:] = coordinates
         np.dot(self._coordinates, self._fields, out=self._displacements)
-        carry(*self._blocks, self._displacements, out.reshape(-1))
+        self._carry(self._displacements, out)
+
+    def _carry(self, displacements: Vertices, out: Vertices) -> None:
+        carry(*self._blocks, displacements, out.reshape(-1))
 
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
