@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from risorius.carried_basis import CarriedBasis
 from risorius.carrying import LANES, carry
 from risorius.jaw import FloatArray
+from risorius.packed_fields import PackedFields
 
 Vertices = npt.NDArray[np.float32]
 UNIT_ROUNDOFF = 2.0**-24
@@ -45,22 +46,17 @@ class PlainReconstruction:
     """Adds up the fields of the vertices themselves."""
 
     def __init__(self, basis: CarriedBasis, rest: Vertices) -> None:
-        self._fields = basis.at_vertices().reshape(len(basis), -1)
-        self._rest = rest.reshape(-1)
-        self._coordinates = np.empty(len(basis), np.float32)
-        self._reach = np.abs(self._fields).max(axis=1)
+        self._fields = PackedFields(basis.at_vertices())
+        self._rest = rest
         self.bytes_read = self._fields.nbytes + rest.nbytes
 
     def write(self, coordinates: FloatArray, out: Vertices) -> None:
         """See `Reconstruction`."""
-        self._coordinates[:] = coordinates
-        flat = out.reshape(-1)
-        np.dot(self._coordinates, self._fields, out=flat)
-        flat += self._rest
+        np.add(self._fields.combined(coordinates), self._rest.reshape(-1), out=out.reshape(-1))
 
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        return _rounding(len(self._reach), float(np.abs(coordinates) @ self._reach), self._rest)
+        return _rounding(len(coordinates), float(np.abs(coordinates) @ self._fields.largest), self._rest)
 
 
 class CarriedReconstruction:
@@ -70,26 +66,20 @@ class CarriedReconstruction:
         order = _neighbours_together(rest)
         order = np.append(order, np.full(-len(order) % LANES, order[-1]))  # the last block is full, too
         self._blocks = *_in_blocks(basis.weights[order]), order.astype(np.uint32), rest[order].reshape(-1)
-        self._fields = np.ascontiguousarray(basis.fields.reshape(len(basis), -1))
-        self._coordinates = np.empty(len(basis), np.float32)
-        self._displacements = np.empty(self._fields.shape[1], np.float32)
-        self._reach = np.abs(self._fields).max(axis=1) * abs(basis.weights).sum(axis=1).max()
+        self._fields = PackedFields(basis.fields)
+        self._gain = float(abs(basis.weights).sum(axis=1).max())
         self._terms = len(basis) + int(np.diff(basis.weights.indptr).max()) + 1
         self._rest = rest
         self.bytes_read = self._fields.nbytes + sum(part.nbytes for part in self._blocks)
 
     def write(self, coordinates: FloatArray, out: Vertices) -> None:
         """See `Reconstruction`."""
-        self._coordinates[:] = coordinates
-        np.dot(self._coordinates, self._fields, out=self._displacements)
-        self._carry(self._displacements, out)
-
-    def _carry(self, displacements: Vertices, out: Vertices) -> None:
-        carry(*self._blocks, displacements, out.reshape(-1))
+        carry(*self._blocks, self._fields.combined(coordinates), out.reshape(-1))
 
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        return _rounding(self._terms, float(np.abs(coordinates) @ self._reach), self._rest)
+        size = self._gain * float(np.abs(coordinates) @ self._fields.largest)
+        return _rounding(self._terms, size, self._rest)
 
 
 def _rounding(terms: int, size: float, rest: Vertices) -> float:
