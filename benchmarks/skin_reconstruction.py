@@ -39,7 +39,7 @@ BLOCK = 64  # components with a scale of their own
 
 @dataclass(frozen=True)
 class Row:
-    """Times in microseconds; read: megabytes; error: micrometres, the largest of a vertex over a tenth of the snapshots."""
+    """Times in microseconds; read: megabytes; error: micrometres, largest of a vertex in a tenth of the snapshots."""
 
     vertices: int
     coordinates: int
