@@ -26,10 +26,10 @@ from rich.table import Table
 from skin_data import Modes
 
 from risorius.carried_basis import CarriedBasis
-from risorius.carrying import carry
 from risorius.jaw import FloatArray
 from risorius.normals import vertex_normals
 from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, Vertices
+from risorius.vector_sums import carry
 
 MODES = (80, 120, 160)
 ROUNDS, WARM, COLD = 8, 50, 8  # calls of every way in a round

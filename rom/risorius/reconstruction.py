@@ -13,9 +13,9 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius.carried_basis import CarriedBasis
-from risorius.carrying import LANES, carry
 from risorius.jaw import FloatArray
 from risorius.packed_fields import PackedFields
+from risorius.vector_sums import LANES, carry
 
 Vertices = npt.NDArray[np.float32]
 UNIT_ROUNDOFF = 2.0**-24
