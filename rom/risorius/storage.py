@@ -133,15 +133,16 @@ def content_checksum(group: h5py.Group) -> str:
 
 
 def write_sparse(group: h5py.Group, matrix: sp.csr_matrix) -> None:
-    """Store a matrix in compressed rows in a group of its own."""
+    """Store a matrix in compressed rows."""
     for part in _SPARSE_PARTS:
         group[part] = getattr(matrix, part)
-    group.attrs["shape"] = matrix.shape
+    group.attrs["nodes"] = matrix.shape[1]
 
 
 def read_sparse(group: h5py.Group) -> sp.csr_matrix:
     """Load what `write_sparse` stored."""
-    return sp.csr_matrix(tuple(group[part][()] for part in _SPARSE_PARTS), shape=tuple(group.attrs["shape"]))
+    data, indices, starts = (group[part][()] for part in _SPARSE_PARTS)
+    return sp.csr_matrix((data, indices, starts), shape=(len(starts) - 1, int(group.attrs["nodes"])))
 
 
 def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:

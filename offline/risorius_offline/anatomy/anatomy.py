@@ -25,7 +25,7 @@ from risorius_offline.discretisation import CellBlock, IntArray
 from risorius_offline.muscles.muscle import Muscle
 
 SCHEMA = "risorius-anatomy"
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 3
 LEFT_LID, RIGHT_LID = 1, 2
 
 
