@@ -25,8 +25,9 @@ from risorius.jaw import FloatArray
 LEADING_MODES = 60
 MOST_SNAPSHOTS = 400
 DERIVATIVE_WEIGHT = 0.3
-DECAY = 1.0  # mm2: penalty on the square of a weight, against too few snapshots
-LINEAR_DECAY = 1e-3
+# Penalties on squares of the weights, and of the coefficients of b, in parts of the sum of squares of the targets.
+DECAY = 5e-5
+LINEAR_DECAY = 1e-7
 START = 0.5  # weight of a muscle on itself
 RELIEF = -0.5  # a pose may also help a muscle; the denominator stays positive
 STEPS = 80
@@ -36,7 +37,7 @@ def fit_competition(observations: Observations) -> FloatArray:
     """Weights (p, p): [k, i] is what one unit of parameter k adds to the denominator of parameter i."""
     observations = observations.thinned(MOST_SNAPSHOTS).both_sides()
     count, muscles = observations.parameters.shape[1], observations.muscles
-    rivals = (observations.parameters >= 0.0).all(axis=0)
+    rivals = observations.parameters.min(axis=0) >= 0.0
     free = np.zeros((count, count), bool)
     free[:, :muscles] = rivals[:, None]
     if not free.any():
@@ -44,12 +45,13 @@ def fit_competition(observations: Observations) -> FloatArray:
     lowest = np.where(np.arange(count) < muscles, 0.0, RELIEF)[:, None].repeat(count, axis=1)
     start = np.diag(np.where(np.arange(count) < muscles, START, 0.0))
     problem = _Fit(observations, LEADING_MODES)
+    decay = DECAY * problem.size
 
     def objective(values: FloatArray) -> tuple[float, FloatArray]:
         weights = np.zeros((count, count))
         weights[free] = values
         loss, gradient = problem.loss(weights)
-        return loss + 0.5 * DECAY * float(values @ values), gradient[free] + DECAY * values
+        return loss + 0.5 * decay * float(values @ values), gradient[free] + decay * values
 
     bounds = [(low, None) for low in lowest[free]]
     found = minimize(objective, start[free], jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": STEPS})
@@ -74,6 +76,11 @@ class _Fit:
             return values, np.zeros((len(values), 0, values.shape[1]))
         return values, DERIVATIVE_WEIGHT * derivatives[:, :, : self.modes].astype(np.float64)
 
+    @cached_property
+    def size(self) -> float:
+        """Sum of the squares of all targets."""
+        return float(sum((targets**2).sum() for targets in self._targets))
+
     def loss(self, weights: FloatArray) -> tuple[float, FloatArray]:
         p = self.observations.parameters
         values, derivatives = self._targets
@@ -83,11 +90,11 @@ class _Fit:
         # [s, j, i] of d b_i / d p_j
         jacobian = step * (inverse[:, None] * np.eye(count) - slope[:, None] * weights)[:, : derivatives.shape[1]]
         flat, targets = jacobian.reshape(-1, count), derivatives.reshape(-1, values.shape[1])
-        normal = b.T @ b + flat.T @ flat + LINEAR_DECAY * np.eye(count)
+        normal = b.T @ b + flat.T @ flat + LINEAR_DECAY * self.size * np.eye(count)
         linear = np.linalg.solve(normal, b.T @ values + flat.T @ targets)
         misfit, misfit_slope = b @ linear - values, flat @ linear - targets
         loss = 0.5 * (np.vdot(misfit, misfit) + np.vdot(misfit_slope, misfit_slope))
-        loss += 0.5 * LINEAR_DECAY * np.vdot(linear, linear)
+        loss += 0.5 * LINEAR_DECAY * self.size * np.vdot(linear, linear)
         by_b = misfit @ linear.T
         by_jacobian = step * (misfit_slope @ linear.T).reshape(jacobian.shape)
         own = np.zeros_like(p) if not step else np.einsum("sii->si", by_jacobian)

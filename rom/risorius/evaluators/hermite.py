@@ -51,7 +51,7 @@ class NormalEquations:
         self.slopes += len(slopes)
 
     def left_out_errors(self, ridge: float, weight: float) -> FloatArray:
-        """Squared errors (s,) of the snapshots of every fold, solved for without that fold, in the order of the folds."""
+        """Squared errors (s,) of each fold's snapshots, fold by fold, from a solution without that fold."""
         value, slope = self._value.sum(axis=0), self._slope.sum(axis=0)
         errors = []
         for fold in range(FOLDS):
