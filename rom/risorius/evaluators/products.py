@@ -16,7 +16,7 @@ from risorius.evaluators.observations import Observations
 
 MUSCLE_DEGREE, POSE_DEGREE = 3, 5
 NEGLIGIBLE_OVERLAP = 0.02
-TRIPLE_OVERLAP = 0.3
+SQUARE_OVERLAP, POSE_OVERLAP, TRIPLE_OVERLAP = 0.5, 0.3, 0.6
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,9 @@ Term = tuple[int, ...]
 def choose_terms(observations: Observations) -> dict[Term, float]:
     """Terms, as the sorted variables of each, and the size that is expected of its coefficients.
 
-    Powers of each variable; products of two whose displacement fields overlap; of three, if one of them is a pose: it
-    takes the tissue to where muscles act differently. The size falls with the overlap.
+    Powers of each variable; products of two whose displacement fields overlap; with the square of either, and of three,
+    where the overlap is large, or less so with a pose, which takes the tissue to where muscles act differently. The
+    size falls with the overlap.
     """
     count, muscles = observations.parameters.shape[1], observations.muscles
     overlap = observations.symmetrised(observations.overlap)
@@ -54,11 +55,11 @@ def choose_terms(observations: Observations) -> dict[Term, float]:
     pairs = [(i, j) for i in range(count) for j in range(i + 1, count) if overlap[i, j] > NEGLIGIBLE_OVERLAP]
     terms |= {pair: float(overlap[pair]) for pair in pairs}
     for i, j in pairs:
-        if j >= muscles:
+        if j >= muscles or overlap[i, j] > SQUARE_OVERLAP:
             terms[i, i, j] = terms[i, j, j] = float(overlap[i, j])
-        for k in range(max(j + 1, muscles), count):
+        for k in range(j + 1, count):
             least = float(min(overlap[i, j], overlap[i, k], overlap[j, k]))
-            if least > TRIPLE_OVERLAP:
+            if least > (TRIPLE_OVERLAP if k < muscles else POSE_OVERLAP):
                 terms[i, j, k] = least
     sizes = np.sqrt(observations.sizes / np.median(observations.sizes))
     return {term: scale * float(sizes[list(term)].prod()) for term, scale in terms.items()}
@@ -74,6 +75,19 @@ def as_products(terms: list[Term]) -> Products:
         factors.append(factor)
         position[term] = number
     return Products(np.array(parents, np.int32), np.array(factors, np.int32))
+
+
+def needed(products: Products, used: npt.NDArray[np.int32]) -> tuple[Products, npt.NDArray[np.int32]]:
+    """Those terms only that some numbers of terms are, or need; and these numbers among them."""
+    keep = np.zeros(len(products.parents) + 1, bool)  # the last is the constant
+    keep[used] = True
+    for term in range(len(products.parents) - 1, -1, -1):
+        if keep[term]:
+            keep[products.parents[term]] = True
+    number = (np.cumsum(keep) - 1).astype(np.int32)
+    number[-1] = -1
+    kept = keep[:-1]
+    return Products(number[products.parents[kept]], products.factors[kept]), number[used]
 
 
 @numba.njit(cache=True)

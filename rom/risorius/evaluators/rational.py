@@ -6,7 +6,7 @@ half the work of one map for all modes, and half of that again where the input i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import h5py
@@ -15,10 +15,24 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.evaluators.competition import compete, compete_slopes, fit_competition
-from risorius.evaluators.hermite import BATCH, FOLDS, NormalEquations, Rows, best_solutions
+from risorius.evaluators.hermite import DERIVATIVE_WEIGHTS, FOLDS, NormalEquations, best_choice
 from risorius.evaluators.observations import Observations
-from risorius.evaluators.products import Products, Term, as_products, choose_terms, multiply, multiply_slopes
+from risorius.evaluators.products import (
+    Products,
+    Term,
+    as_products,
+    choose_terms,
+    multiply,
+    multiply_slopes,
+    needed,
+)
 from risorius.jaw import FloatArray
+
+# Of a feature, which is of the order of 1 where it counts: what is left of an asymmetry by rounding is less.
+NEGLIGIBLE = 1e-9
+# Of all modes together; at 4 bytes they fit in 1 MB of cache.
+MOST_COEFFICIENTS = 250_000
+BATCH = 16  # snapshots whose terms are held at once
 
 
 @dataclass(frozen=True)
@@ -95,13 +109,24 @@ class RationalMap:
         scales = choose_terms(observations)
         terms, scale = list(scales), np.array(list(scales.values()))
         products = as_products(terms)
-        features = _features(terms, observations)
-        systems = _equations(observations, competition, products, scale, features)
-        blocks = tuple(
-            Block(block.terms, block.signs, block.modes, (scale[block.terms[:, :1]] * solution).astype(np.float32))
-            for block, solution in zip(features, best_solutions(systems), strict=True)
-        )
-        return cls(competition, products, blocks)
+        candidates = _features(terms, observations)
+        systems = _equations(observations, competition, products, scale, candidates)
+        choice = best_choice(systems, DERIVATIVE_WEIGHTS if observations.derivatives is not None else (0.0,))
+        blocks = []
+        for system, block in zip(systems, candidates, strict=True):
+            share = MOST_COEFFICIENTS // observations.coordinates.shape[1]
+            kept = system.most_telling(choice, share)
+            size = scale[block.terms[kept, 0]][:, None]
+            coefficients = (size * system.solution(choice, kept)).astype(np.float32)
+            blocks.append(Block(block.terms[kept], block.signs[kept], block.modes, coefficients))
+        return cls(competition, products, tuple(blocks))._compacted()
+
+    def _compacted(self) -> RationalMap:
+        """The same map without the terms that no feature needs."""
+        products, numbers = needed(self.products, np.concatenate([block.terms for block in self.blocks]))
+        parts = np.split(numbers, np.cumsum([len(block.terms) for block in self.blocks])[:-1])
+        blocks = tuple(replace(block, terms=part) for block, part in zip(self.blocks, parts, strict=True))
+        return RationalMap(self.competition, products, blocks)
 
 
 def _features(terms: list[Term], observations: Observations) -> list[Block]:
@@ -135,10 +160,14 @@ def _equations(
             batch = [_terms_of(observations, row, competition, products) for row in rows[start : start + BATCH]]
             for system, block in zip(systems, blocks, strict=True):
                 first, second = block.terms.T
-                size, signs = scale[first], block.signs
-                combined = ((terms[:, first] + signs * terms[:, second]) * size for terms, _ in batch)
-                targets = (values[:, block.modes] for _, values in batch)
-                system.add(fold, map(Rows, combined, targets))
+                combined = [
+                    np.hstack(
+                        [(terms[:, first] + block.signs * terms[:, second]) * scale[first], targets[:, block.modes]]
+                    )
+                    for terms, targets in batch
+                ]
+                slopes = np.concatenate([one[1:] for one in combined]).astype(np.float32)
+                system.add(fold, np.stack([one[0] for one in combined]), slopes)
     return systems
 
 
@@ -159,12 +188,12 @@ def _terms_of(
 
 @numba.njit(cache=True, fastmath={"contract"})
 def _add_up(terms, pairs, signs, coefficients, modes, active, positions, sums, out):  # type: ignore[no-untyped-def]
-    """Write the coordinates of a block into their places in `out`, features that are zero left out."""
+    """Write the coordinates of a block into their places in `out`, features that are negligible left out."""
     count = 0
     for n in range(len(pairs)):
         value = terms[pairs[n, 0]] + signs[n] * terms[pairs[n, 1]]
         active[count], positions[count] = value, n
-        count += value != 0.0
+        count += abs(value) > NEGLIGIBLE
     width = len(modes)
     for r in range(width):
         sums[r] = 0.0
