@@ -49,7 +49,7 @@ def modal_derivatives(
         return None
     flat = weighted.reshape(len(weighted), -1).T
     single = flat.astype(np.float32)
-    prescribed = snapshots.lift_fields.reshape(len(snapshots.lift_fields), -1) @ flat
+    prescribed = snapshots.lift_fields.reshape(-1, len(flat)) @ flat
     muscles = len(snapshots.muscles)
     result = np.empty((len(rows), snapshots.parameters.shape[1], len(weighted)), np.float32)
     for start in range(0, len(rows), BLOCK):
