@@ -53,6 +53,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         coordinates=modal.coordinates[used],
         derivatives=modal.derivatives,
         muscles=len(snapshots.muscles),
+        lowest=snapshots.inputs.parameter_lower,
         overlap=shared,
         sizes=np.linalg.norm(actions, axis=1),
         reflection=modal.reflection,

@@ -1,15 +1,16 @@
 """The learned map against targets whose answer is known, and against finite differences."""
 
+import itertools
 from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
 
-from risorius.evaluators import PolynomialMap, RationalMap
-from risorius.evaluators.competition import _Fit, compete, compete_slopes
+from risorius.evaluators import PolynomialMap, RationalMap, rational
+from risorius.evaluators.competition import _Fit, compete, compete_slopes, fit_competition
 from risorius.evaluators.observations import Observations, Reflection
-from risorius.evaluators.products import as_products, choose_terms, multiply, multiply_slopes
+from risorius.evaluators.products import as_products, choose_terms, multiply, multiply_slopes, needed
 
 MUSCLES, POSES, MODES = 4, 1, 3
 COUNT = MUSCLES + POSES
@@ -44,6 +45,7 @@ def observed(answer, count, seed=0, reflection=None):
         coordinates=np.array([answer(p) for p in parameters]),
         derivatives=np.array([slopes_of(answer, p) for p in parameters]).astype(np.float32),
         muscles=MUSCLES,
+        lowest=np.array([0.0] * MUSCLES + [-1.0] * POSES),
         overlap=np.ones((COUNT, COUNT)),
         sizes=np.ones(COUNT),
         reflection=reflection,
@@ -65,6 +67,22 @@ def worst_error(learned, answer):
 def test_a_map_is_exact_at_rest():
     learned = RationalMap.fit(observed(competing, 30))
     np.testing.assert_array_equal(answers(learned, np.zeros((1, COUNT))), 0.0)
+
+
+def test_no_admissible_input_comes_near_a_pole():
+    """A pose that helps muscles, and cannot be negative."""
+
+    def helped(p):
+        return np.array([p[0] / (1.2 - p[4]), p[1] / (1.2 - p[4]), p[2] + p[3]])
+
+    data = observed(helped, 60)
+    data = replace(data, lowest=np.zeros(COUNT), parameters=np.abs(data.parameters) * [1, 1, 1, 1, 0.9])
+    coordinates = np.array([helped(p) for p in data.parameters])
+    derivatives = np.array([slopes_of(helped, p) for p in data.parameters]).astype(np.float32)
+    weights = fit_competition(replace(data, coordinates=coordinates, derivatives=derivatives))
+    assert weights[MUSCLES].min() < -0.3
+    corners = np.array(list(itertools.product((0.0, 1.0), repeat=COUNT)))
+    assert (1.0 + corners @ weights).min() >= 0.5
 
 
 def test_a_polynomial_answer_is_found_to_a_thousandth():
@@ -133,3 +151,22 @@ def test_derivatives_of_the_terms_are_those_of_their_values():
     multiply_slopes(variables, slopes, products.parents, products.factors, values, gradients)
     np.testing.assert_allclose(values, terms(data.parameters[0]), rtol=1e-12)
     np.testing.assert_allclose(gradients.T, slopes_of(terms, data.parameters[0]), atol=1e-9)
+
+
+def test_terms_that_are_needed_are_kept_with_what_they_are_made_of():
+    variables = np.array([2.0, 3.0, 5.0])
+    products = as_products([(0,), (1,), (2,), (1, 1), (1, 2), (1, 1, 1), (1, 1, 2)])
+    fewer, numbers = needed(products, np.array([[6, 2]], np.int32))
+    values = np.empty(len(fewer.parents))
+    multiply(variables, fewer.parents, fewer.factors, values)
+    np.testing.assert_array_equal(values[numbers], [[45.0, 5.0]])
+    assert len(values) == 4  # 1, 2, 11, 112
+
+
+def test_a_pruned_map_keeps_the_features_that_tell(monkeypatch):
+    data = observed(quadratic, 60)
+    monkeypatch.setattr(rational, "MOST_COEFFICIENTS", 20 * MODES)
+    pruned = RationalMap.fit(data)
+    assert pruned.blocks[0].coefficients.shape == (20, MODES)
+    assert len(choose_terms(data)) > 50
+    assert worst_error(pruned, quadratic) < 0.02 * np.abs(data.coordinates).max()

@@ -3,11 +3,12 @@
 Active stress stiffens tissue in the direction in which it pulls, so displacements saturate jointly. In place of the
 parameters p the learned map uses
 
-    b_i = p_i / (1 + sum_k c_ki p_k),    c >= 0,
+    b_i = p_i / (1 + sum_k c_ki p_k),    c_ki >= 0 between muscles,
 
-which is exact for springs in series with the muscles. The weights c (p, p) are those with which the b, combined
-linearly, best follow the snapshots and their derivatives: separable least squares (Golub and Pereyra 1973), the linear
-part eliminated, c by L-BFGS-B. Only muscles compete; they do so with all parameters that cannot be negative.
+which is exact for a spring pulled by muscles whose forces fall linearly as they shorten. The weights c (p, p) are those
+with which the b, combined linearly, best follow the snapshots and their derivatives: separable least squares (Golub and
+Pereyra 1973), the linear part eliminated, c by L-BFGS-B. Only muscles are divided, by all parameters that cannot be
+negative.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ DERIVATIVE_WEIGHT = 0.3
 DECAY = 5e-5
 LINEAR_DECAY = 1e-7
 START = 0.5  # weight of a muscle on itself
-RELIEF = -0.5  # a pose may also help a muscle; the denominator stays positive
+RELIEF = -0.5  # poses may also help a muscle, all together by so much: no denominator is less than 1/2
 STEPS = 80
 
 
@@ -37,12 +38,13 @@ def fit_competition(observations: Observations) -> FloatArray:
     """Weights (p, p): [k, i] is what one unit of parameter k adds to the denominator of parameter i."""
     observations = observations.thinned(MOST_SNAPSHOTS).both_sides()
     count, muscles = observations.parameters.shape[1], observations.muscles
-    rivals = observations.parameters.min(axis=0) >= 0.0
+    rivals = observations.lowest >= 0.0
     free = np.zeros((count, count), bool)
     free[:, :muscles] = rivals[:, None]
     if not free.any():
         return np.zeros((count, count))
-    lowest = np.where(np.arange(count) < muscles, 0.0, RELIEF)[:, None].repeat(count, axis=1)
+    relief = RELIEF / max(int(rivals[muscles:].sum()), 1)
+    least = np.where(np.arange(count) < muscles, 0.0, relief)[:, None].repeat(count, axis=1)
     start = np.diag(np.where(np.arange(count) < muscles, START, 0.0))
     problem = _Fit(observations, LEADING_MODES)
     decay = DECAY * problem.size
@@ -53,7 +55,7 @@ def fit_competition(observations: Observations) -> FloatArray:
         loss, gradient = problem.loss(weights)
         return loss + 0.5 * decay * float(values @ values), gradient[free] + decay * values
 
-    bounds = [(low, None) for low in lowest[free]]
+    bounds = [(low, None) for low in least[free]]
     found = minimize(objective, start[free], jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": STEPS})
     weights = np.zeros((count, count))
     weights[free] = found.x

@@ -28,15 +28,17 @@ class Reflection:
 class Observations:
     """Snapshots as a map sees them.
 
-    parameters (s, p), of which the first `muscles` are activations; coordinates (s, r); derivatives (s, p, r) of the
-    coordinates, None where they are not known; overlap (p, p) in [0, 1] of the displacement fields of single actions,
-    and their sizes (p,); reflection: None where the face is not symmetric.
+    parameters (s, p), of which the first `muscles` are activations, and the smallest admissible value of each, lowest
+    (p,); coordinates (s, r); derivatives (s, p, r) of the coordinates, None where they are not known; overlap (p, p) in
+    [0, 1] of the displacement fields of single actions, and their sizes (p,); reflection: None where the face is not
+    symmetric.
     """
 
     parameters: FloatArray
     coordinates: FloatArray
     derivatives: npt.NDArray[np.float32] | None
     muscles: int
+    lowest: FloatArray
     overlap: FloatArray
     sizes: FloatArray
     reflection: Reflection | None = None
