@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.errors import InputError
-from risorius.evaluators import PolynomialMap, Superposition
+from risorius.evaluators import LEARNED, Superposition
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
@@ -47,7 +47,8 @@ class Engine:
     def __init__(self, model: ReducedModel, scene: Scene | None = None) -> None:
         self.model = model
         self.scene = scene or Scene()
-        wanted = PolynomialMap.name if self.scene.nonlinear else Superposition.name
+        learned = next((name for name in LEARNED if name in model.evaluators), LEARNED[0])
+        wanted = learned if self.scene.nonlinear else Superposition.name
         if wanted not in model.evaluators:
             raise InputError(f"model {model.name!r} has no evaluator {wanted!r}, which the scene needs; train it anew")
         self._evaluator = model.evaluators[wanted]
