@@ -37,11 +37,19 @@ class NotConvergedError(SolverError):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state: parameters (p,), displacement u (n, 3) in metres, report."""
+    """A converged state: parameters (p,), displacement u (n, 3) in metres, report.
+
+    factors: what a model knows those of the tangent there by, for as long as it holds them.
+    """
 
     parameters: FloatArray
     u: FloatArray
     report: SolverReport = field(default_factory=SolverReport)
+    factors: object = field(default=None, repr=False, compare=False)
+
+    def is_factorised(self, model: FullModel) -> bool:
+        """Whether the factors that the model holds are those of the tangent there."""
+        return self.factors is not None and self.factors is model.factors
 
 
 @dataclass(frozen=True)
@@ -80,8 +88,13 @@ class EquilibriumSolver:
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
             guess, u, at_the_end = predictor.predict(aim), None, aim is target
+            level = 0 if state.is_factorised(self.model) else None
             if guess is not None:
-                u = self._minimum(guess, report) if at_the_end else on_the_way.minimise(self.model, guess, report)
+                u = (
+                    self._minimum(guess, report, level)
+                    if at_the_end
+                    else on_the_way.minimise(self.model, guess, report, level)
+                )
                 predictor = None
             if u is not None:
                 state = Equilibrium(aim, u)
@@ -99,19 +112,19 @@ class EquilibriumSolver:
                     report,
                 )
         report.converged = True
-        return replace(state, report=report)
+        return replace(state, report=report, factors=self.model.factors if report.stable else None)
 
-    def _minimum(self, u: FloatArray, report: SolverReport) -> FloatArray | None:
+    def _minimum(self, u: FloatArray, report: SolverReport, level: int | None) -> FloatArray | None:
         """Minimum reached from u (n, 3), past saddles; None when none is in reach."""
         newton = GuardedNewton(self.tolerance, self.max_iterations)
         for _ in range(1 + MOST_SADDLES):
-            found = newton.minimise(self.model, u, report)
+            found = newton.minimise(self.model, u, report, level)
             if found is None:
                 return None
             lower = way_down(self.model, found, report)
             if lower is None:
                 return found
-            u = lower
+            u, level = lower, None
         return None
 
     def _checked(self, parameters: FloatArray) -> FloatArray:

@@ -140,6 +140,11 @@ class FullModel:
         """Factorise the free part of second derivatives; raises NotPositiveDefiniteError."""
         self.system.factorise(values, blocks)
 
+    @property
+    def factors(self) -> object:
+        """What the last factors are known by; another object from the next factorisation on."""
+        return self.system.factors
+
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
         return self.system.solve(right_hand_side)

@@ -97,12 +97,15 @@ class GuardedNewton:
     tolerance: float
     max_iterations: int
 
-    def minimise(self, energy: Energy, u: FloatArray, report: SolverReport) -> FloatArray | None:
+    def minimise(
+        self, energy: Energy, u: FloatArray, report: SolverReport, level: int | None = None
+    ) -> FloatArray | None:
         """Minimum reached from an admissible u (n, 3), prescribed components kept; None when none is in reach.
 
+        level: of `PROJECTIONS` in the factors at hand, for the first step; None where they are of another problem.
         The report is added to: counts go on, energy, residual and smallest J are those of the last iterate.
         """
-        last_residual, level, secants = np.inf, None, Secants()
+        last_residual, secants = np.inf, Secants()
         for _ in range(self.max_iterations):
             value, smallest, forces = energy.forces(u)
             if not np.isfinite(value):
