@@ -103,14 +103,13 @@ def energy_and_forces(  # type: ignore[no-untyped-def]
             if with_forces:
                 for i in range(9):
                     P[i] = w * (P[i] + 2.0 * dpsi * F[q, i] + slope * G[q, i])
+                xx, xy, xz, yx, yy, yz, zx, zy, zz = P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8]
                 for a in range(connectivity.shape[1]):
                     node = connectivity[e, a]
-                    for i in range(3):
-                        forces[node, i] += (
-                            P[3 * i] * gradients[e, q, a, 0]
-                            + P[3 * i + 1] * gradients[e, q, a, 1]
-                            + P[3 * i + 2] * gradients[e, q, a, 2]
-                        )
+                    dx, dy, dz = gradients[e, q, a, 0], gradients[e, q, a, 1], gradients[e, q, a, 2]
+                    forces[node, 0] += xx * dx + xy * dy + xz * dz
+                    forces[node, 1] += yx * dx + yy * dy + yz * dz
+                    forces[node, 2] += zx * dx + zy * dy + zz * dz
     return total, smallest
 
 
