@@ -115,9 +115,11 @@ class FullModel:
         return total + sum(effect.energy(u) for effect in self.effects)
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
-        """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
+        """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy, where it is finite."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
+        if not np.isfinite(total):
+            return total, smallest, forces
         total += self._dead_load.add_forces(u, forces)
         total += sum(wall.add_forces(u, forces) for wall in self.walls)
         if not self._fibres_in_tissue:
