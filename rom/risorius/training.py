@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.bases import pod
+from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
 from risorius.evaluators import Evaluator, PolynomialMap, Superposition
 from risorius.jaw import FloatArray
@@ -46,14 +47,15 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         ),
     }
     surface = snapshots.surface
-    basis = surface.carry(np.concatenate([snapshots.lift_fields, modal.modes]))
+    fields = np.concatenate([snapshots.lift_fields, modal.modes])
+    basis = surface.carry(fields)
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
         rest_vertices=surface.points.astype(np.float32),
         triangles=surface.triangles.astype(np.int32),
-        basis=basis.astype(np.float32),
+        carried_basis=CarriedBasis.of_surface(surface, fields),
         evaluators=evaluators,
         accuracy={name: _accuracy(evaluators, name, snapshots, basis) for name in evaluators},
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
