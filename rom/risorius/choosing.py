@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from risorius.budget import Budget, choose
+from risorius.budget import Budget, Offer, choose
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
@@ -26,19 +26,22 @@ def taken(
     With a budget all are timed here and now. Without one, the times of training decide and nothing is timed, so that
     the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
     """
-    errors = [point.frame_error for point in points]
     if budget is None or budget == Budget():
-        point = points[choose([point.seconds.median for point in points], errors, UNASKED).position]
+        point = points[choose(_offers(points, [point.seconds.median for point in points]), UNASKED).position]
         return point, pipelines(model, [point.setting])[0]
     ways = pipelines(model, [point.setting for point in points])
-    costs = cautious(frame_seconds(ways, model.inputs, len(model.rest_vertices), FRAMES))
-    choice = choose(costs, errors, budget)
+    seconds = cautious(frame_seconds(ways, model, FRAMES))
+    choice = choose(_offers(points, seconds), budget)
     point = points[choice.position]
     if not choice.met:
         reached = ", ".join(f"{kind} {1e3 * found.frame:.3g} mm" for kind, found in point.errors.items())
         _log.warning(
             "budget of %s: no operating point of model %r keeps it here; the nearest, %s, takes up to %.3g ms, "
             "and 95 %% of its frames are within: %s",
-            *(budget, model.name, point.setting, 1e3 * costs[choice.position], reached),
+            *(budget, model.name, point.setting, 1e3 * seconds[choice.position], reached),
         )
     return point, ways[choice.position]
+
+
+def _offers(points: Sequence[OperatingPoint], seconds: Iterable[float]) -> list[Offer]:
+    return [Offer(float(cost), point.frame_error, point.p95) for point, cost in zip(points, seconds, strict=True)]

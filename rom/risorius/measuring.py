@@ -28,7 +28,7 @@ def settings(rank: int) -> list[Setting]:
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:
     """Operating points of a model on held-out snapshots and on this machine."""
     ways = pipelines(model, wanted)
-    seconds = frame_seconds(ways, model.inputs, len(model.rest_vertices), FRAMES)
+    seconds = frame_seconds(ways, model, FRAMES)
     return tuple(
         _point(model, held, setting, way, Seconds(float(np.median(row)), float(np.quantile(row, 0.99))))
         for setting, way, row in zip(wanted, ways, seconds, strict=True)

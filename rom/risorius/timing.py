@@ -7,44 +7,39 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
+from risorius.model import ReducedModel
 from risorius.pipeline import Pipeline
 
 ROUND = 8  # frames of one pipeline after each other: caches are as warm as in use
 SHARE, MARGIN = 0.9, 1.5
 
 
-def dense_parameters(inputs: InputTable, count: int) -> FloatArray:
-    """Parameters (count, p), each of them at a random weight: no input costs more."""
-    lowest = inputs.parameter_lower
-    return lowest + (1.0 - lowest) * np.random.default_rng(0).random((count, len(lowest)))
-
-
 def frame_seconds(
-    ways: Sequence[Pipeline],
-    inputs: InputTable,
-    vertices: int,
-    frames: int,
-    clock: Callable[[], float] = time.perf_counter,
+    ways: Sequence[Pipeline], model: ReducedModel, frames: int, clock: Callable[[], float] = time.perf_counter
 ) -> FloatArray:
-    """Seconds (ways, frames) of whole frames. `frames` is a multiple of ROUND.
+    """Seconds (ways, frames) from weights to vertices with every input in use: no frame costs more.
 
-    All take turns, so that what else the machine does falls on all alike. The first frame of each turn does not count:
-    it compiles kernels and fills caches.
+    frames: a multiple of ROUND. All take turns, so that what else the machine does falls on all alike. The first frame
+    of each turn does not count: it compiles kernels and fills caches.
     """
-    out = np.empty((vertices, 3), np.float32)
-    every = dense_parameters(inputs, frames)
+    lowest = model.inputs.lower
+    weights = lowest + (1.0 - lowest) * np.random.default_rng(0).random((frames, len(lowest)))
     seconds = np.empty((len(ways), frames))
     for start in range(0, frames, ROUND):
-        rows = every[start : start + ROUND]
+        turn = weights[start : start + ROUND]
         for way, row in zip(ways, seconds, strict=True):
-            for number, parameters in enumerate([rows[0], *rows]):
+            _frame(way, model, turn[0])
+            for number, asked in enumerate(turn, start):
                 begin = clock()
-                way.solve(parameters)
-                way.write(out)
-                row[start + max(number - 1, 0)] = clock() - begin
+                _frame(way, model, asked)
+                row[number] = clock() - begin
     return seconds
+
+
+def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
+    way.solve(model.inputs.to_parameters(model.inputs.checked(weights)))
+    way.write(np.empty_like(model.rest_vertices))
 
 
 def cautious(seconds: FloatArray) -> FloatArray:

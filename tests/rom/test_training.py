@@ -5,12 +5,14 @@ import pytest
 import scipy.sparse as sp
 
 import risorius
+from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.companion import Companion
 from risorius.errors import InputError
 from risorius.evaluators import Setting
 from risorius.evaluators.polynomial import _ridge_solution
 from risorius.jaw import JawMotion
+from risorius.pipeline import pipelines
 from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
 from risorius.surface import CarriedSurface
@@ -108,6 +110,19 @@ def test_rank_is_that_of_the_data_and_snapshots_are_reproduced(trained):
     assert len(model.basis) == 4 + 4  # four lifts, four independent made-up fields
     assert overall(model, "polynomial").maximum < 1e-4
     assert len(snapshots.parameters) == 125
+
+
+def test_error_bounds_cover_the_share_of_held_out_snapshots_they_claim(trained):
+    snapshots, _, model = trained
+    held = HeldOut.of(snapshots)
+    for point, way in zip(model.points, pipelines(model, [point.setting for point in model.points]), strict=True):
+        covered = 0
+        for parameters, truth in zip(held.parameters, held.displacements, strict=True):
+            bound = point.bound.value(way.solve(parameters))
+            vertices = np.empty_like(model.rest_vertices)
+            way.write(vertices)
+            covered += np.linalg.norm(vertices - model.rest_vertices - truth, axis=1).max() <= bound
+        assert covered >= 0.95 * len(held.parameters)
 
 
 def test_held_out_snapshots_are_never_read_for_training(trained):
