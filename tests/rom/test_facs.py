@@ -69,7 +69,7 @@ def test_every_row_of_table_7_2_is_there_under_its_name():
 @pytest.mark.parametrize("name", ACTION_UNITS)
 def test_every_unit_acts_on_a_head_with_all_muscles_and_poses(name):
     unit = ACTION_UNITS[name]
-    assert {re.sub("_[LR]$", "", parameter) for parameter in driven(HEAD, name)} == {*unit.muscles, *unit.poses}
+    assert {re.sub("_[LR]$", "", parameter) for parameter in driven(HEAD, name)} == {*unit.muscles, *unit.poses, *unit.helpers}
 
 
 def test_every_muscle_and_every_pose_of_the_head_is_driven_by_a_unit_or_an_input_of_its_own():
