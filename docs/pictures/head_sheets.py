@@ -20,7 +20,7 @@ from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver, NotConvergedError
 from risorius_offline.head import built_in_head
 
-PICTURE = (240, 280)
+PICTURE = (280, 320)
 NAMES = {"expressions": "expressions.png"} | {sheet: f"head_{sheet}.png" for sheet in ("units", "jaw", "muscles")}
 
 

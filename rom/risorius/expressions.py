@@ -37,7 +37,7 @@ class MuscleSet:
 EMOTIONS: tuple[Expression, ...] = (
     Expression("happiness", action_units("6+12")),
     Expression("surprise", action_units("1+2+5B+26")),
-    Expression("sadness", action_units("1E+4B+15E")),
+    Expression("sadness", action_units("1E+4B+15")),
     Expression("anger", action_units("4E+5B+7D+17C+24E")),
     Expression("fear", action_units("1E+2D+4B+5E+7A+20E+26B")),
     Expression("disgust", action_units("9+15+16")),
