@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class ContactChoice(StrEnum):
-    """Nothing, the seed's natural boundary; bones with teeth and eyeballs; these and lips at their seam; or all of it."""
+    """Nothing, the seed's natural boundary; bones with teeth and eyeballs; lips at their seam too; or everything."""
 
     NONE = "none"
     BONES = "bones"

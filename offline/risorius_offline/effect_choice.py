@@ -29,7 +29,8 @@ GAP_TOLERANCE = 1e-3
 class EffectChoice:
     """What is off is absent and costs nothing.
 
-    contact: lips and cheeks slide on teeth and bones, and on each other, at the lips' seam or anywhere; none is the seed's natural boundary.
+    contact: lips and cheeks slide on teeth and bones, and on each other, at the lips' seam or anywhere; none is the
+    seed's natural boundary.
     gravity: m/s2 in our axes (y up), as it acts on a face whose shape was taken upright; None is upright. prestress:
     of the skin at rest, pascals. force_length: muscles after Hill's curve instead of stress in proportion to stretch.
     """
