@@ -90,7 +90,7 @@ _ROWS = (
     ActionUnit(38, "Nostril Dilator", {"nasalis_alaris": 1.0}),
     ActionUnit(39, "Nostril Compressor", {"nasalis_transversa": 1.0, "depressor_septi_nasi": 1.0}),
     ActionUnit(41, "Lid Droop", poses={_LID: 0.4}),
-    ActionUnit(42, "Slit", {_PALPEBRAL: 0.4}, {_LID: 0.75}),
+    ActionUnit(42, "Slit", {_PALPEBRAL: 0.4}, {_LID: 0.65}),
     ActionUnit(43, "Eyes Closed", poses={_LID: 1.0}),
     ActionUnit(44, "Squint", {_PALPEBRAL: 1.0}, {_LID: 0.5}),
     ActionUnit(45, "Blink", {_PALPEBRAL: 0.5}, {_LID: 1.0}),
