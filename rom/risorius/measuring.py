@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from risorius.accuracy import HeldOut
 from risorius.error_bound import ErrorBound
-from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
+from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Setting, Superposition
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import frame_seconds
 
+STEPS = (1, 2)  # of a correction
 PARTS = (1, 2, 4)  # of the modes: fewer are cheaper to evaluate and to add up
 FRAMES = 320
 
 
-def settings(rank: int) -> list[Setting]:
-    """Return what training measures for a model of so many modes; a further setting is one line here."""
+def settings(evaluators: Mapping[str, Evaluator], rank: int) -> list[Setting]:
+    """Return what training measures for evaluators of so many modes; a further setting is one line here."""
     ranks = dict.fromkeys(max(rank // part, 1) for part in PARTS)
-    return [Setting(kind.name, kept) for kind in (Superposition, PolynomialMap, RationalMap) for kept in ranks]
+    wanted = [Setting(kind.name, kept) for kind in (Superposition, PolynomialMap, RationalMap) for kept in ranks]
+    corrected = evaluators.get(CorrectedMap.name)
+    if isinstance(corrected, CorrectedMap):
+        wanted += [Setting(CorrectedMap.name, rank, corrected.elements, steps) for steps in STEPS]
+    return wanted
 
 
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:

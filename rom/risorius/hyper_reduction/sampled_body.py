@@ -64,7 +64,7 @@ class SampledBody:
     @property
     def size(self) -> int:
         """Number of elements."""
-        return sum(len(table.weights) for table in (*self.passive, *self.walls))
+        return sum(len(table.weights) for table in self.passive) + sum(len(table.weights) for table in self.walls)
 
     def leading(self, rank: int) -> SampledBody:
         """Return the same with the leading modes only."""
@@ -135,7 +135,8 @@ def _sampled(
     chosen = list(zip(cubature.elements, cubature.weights, strict=True))
     passive = [table.weighted(*one) for table, one in zip(body.passive, chosen[:count], strict=True)]
     walls = [table.weighted(*one) for table, one in zip(body.walls, chosen[count:], strict=True)]
-    nodes = np.unique(np.concatenate([table.connectivity.ravel() for table in (*passive, *walls)]))
+    used = [table.connectivity.ravel() for table in passive] + [table.connectivity.ravel() for table in walls]
+    nodes = np.unique(np.concatenate(used))
     single = np.float32
     return SampledBody(
         passive=tuple(_renumbered(table, nodes) for table in passive if len(table.weights)),
