@@ -151,6 +151,10 @@ class FullModel:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
         return self.system.solve(right_hand_side)
 
+    def admits(self, u: FloatArray) -> bool:
+        """Whether a displacement may be started from: its energy is finite, and every effect admits it."""
+        return bool(np.isfinite(self.energy(u))) and all(effect.admits(u) for effect in self.effects)
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)

@@ -51,7 +51,7 @@ SMALL = [(k / SMALL_STEPS * 0.8, (k + 1) / SMALL_STEPS * 0.8) for k in range(SMA
 @pytest.mark.parametrize("failures", [0, 1, 2])
 def test_a_sample_is_tried_from_the_nearest_then_from_rest_then_in_small_steps(failures, exact, states):
     solver = Reluctant(exact, failures)
-    outcome = SampleSolver(solver, derivatives=True).solve(np.array([0.8]), states)
+    outcome = SampleSolver(solver, derivatives=True).solve(np.array([0.8]), None, states)
     wanted = [[(0.9, 0.8)], [(0.0, 0.8)], SMALL]
     np.testing.assert_allclose(solver.asked, [step for attempt in wanted[: failures + 1] for step in attempt])
     assert outcome.report["attempts"] == failures + 1
@@ -60,12 +60,12 @@ def test_a_sample_is_tried_from_the_nearest_then_from_rest_then_in_small_steps(f
 
 
 def test_a_sample_that_cannot_be_solved_says_why_and_does_not_raise(exact, states):
-    outcome = SampleSolver(Reluctant(exact, 100), derivatives=True).solve(np.array([0.8]), states)
+    outcome = SampleSolver(Reluctant(exact, 100), derivatives=True).solve(np.array([0.8]), None, states)
     assert outcome.solved is None
     assert outcome.state is None
     assert outcome.failure == "attempt 3 failed"
 
 
 def test_derivatives_are_left_out_where_they_are_not_asked_for(exact):
-    outcome = SampleSolver(exact, derivatives=False).solve(np.array([0.8]), [])
+    outcome = SampleSolver(exact, derivatives=False).solve(np.array([0.8]), None, [])
     assert outcome.solved.derivatives is None
