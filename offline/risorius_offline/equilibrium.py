@@ -39,19 +39,11 @@ class NotConvergedError(SolverError):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state: parameters (p,), displacement u (n, 3) in metres, report.
-
-    factors: what a model knows those of the tangent there by, for as long as it holds them.
-    """
+    """A converged state: parameters (p,), displacement u (n, 3) in metres, report."""
 
     parameters: FloatArray
     u: FloatArray
     report: SolverReport = field(default_factory=SolverReport)
-    factors: object = field(default=None, repr=False, compare=False)
-
-    def is_factorised(self, model: FullModel) -> bool:
-        """Whether the factors that the model holds are those of the tangent there."""
-        return self.factors is not None and self.factors is model.factors
 
 
 @dataclass(frozen=True)
@@ -90,14 +82,10 @@ class EquilibriumSolver:
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
             guess, u, at_the_end = predictor.predict(aim), None, aim is target
-            level = 0 if state.is_factorised(self.model) else None
             if guess is not None:
-                u = (
-                    self._minimum(guess, report, level)
-                    if at_the_end
-                    else on_the_way.minimise(self.model, guess, report, level)
-                )
-                predictor = None
+                level = 0 if self.model.factorised_for is state else None
+                find = self._minimum if at_the_end else on_the_way.minimise
+                u, predictor = find(self.model, guess, report, level), None
             if u is not None:
                 state = Equilibrium(aim, u)
                 done = 1.0 if at_the_end else done + step
@@ -113,8 +101,7 @@ class EquilibriumSolver:
                     f"{report.iterations} iterations; lower the activations or the jaw weight",
                     report,
                 )
-        report.converged = True
-        return replace(state, report=report, factors=self.model.factors if report.stable else None)
+        return self._told(state, report)
 
     def settle(self, parameters: FloatArray, guess: FloatArray) -> Equilibrium:
         """Equilibrium at parameters (p,) beside a guess (n, 3) of its displacement.
@@ -123,11 +110,10 @@ class EquilibriumSolver:
         """
         target, report = self._checked(parameters), SolverReport(steps=1)
         start = self._towards(guess, target)
-        found = None if start is None else self._minimum(start, report, None)
+        found = None if start is None else self._minimum(self.model, start, report, None)
         if found is None:
             raise NotConvergedError(f"no equilibrium beside a guess at {self._describe(target)}", report)
-        report.converged = True
-        return Equilibrium(target, found, report, self.model.factors if report.stable else None)
+        return self._told(Equilibrium(target, found), report)
 
     def _towards(self, guess: FloatArray, target: FloatArray) -> FloatArray | None:
         """The guess (n, 3), bones where the target has them, if need be only halfway there and halfway again.
@@ -142,14 +128,22 @@ class EquilibriumSolver:
         halfway = (following + 0.5**halvings * way for halvings in range(1 + MOST_HALVINGS))
         return next((u for u in halfway if self.model.admits(u)), None)
 
-    def _minimum(self, u: FloatArray, report: SolverReport, level: int | None) -> FloatArray | None:
-        """Minimum reached from u (n, 3), past saddles; None when none is in reach."""
+    def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
+        """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
+        report.converged = True
+        found = replace(state, report=report)
+        if report.stable:
+            self.model.factorised_for = found
+        return found
+
+    def _minimum(self, model: FullModel, u: FloatArray, report: SolverReport, level: int | None) -> FloatArray | None:
+        """As `GuardedNewton.minimise`, past saddles; the factors at hand are then those of the tangent there."""
         newton = GuardedNewton(self.tolerance, self.max_iterations)
         for _ in range(1 + MOST_SADDLES):
-            found = newton.minimise(self.model, u, report, level)
+            found = newton.minimise(model, u, report, level)
             if found is None:
                 return None
-            lower = way_down(self.model, found, report)
+            lower = way_down(model, found, report)
             if lower is None:
                 return found
             u, level = lower, None

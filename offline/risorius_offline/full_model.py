@@ -35,6 +35,7 @@ class FullModel:
     mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
     locking. walled: J > 0 everywhere in a cell, at a little energy where it is squeezed below half its volume; without,
     J > 0 holds at quadrature points. solver: a name in `linear_solver.SOLVERS`.
+    factorised_for: the equilibrium at which the last factors are those of the tangent, as who finds it says.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
+        self.factorised_for: object = None
         points = fibre_points(self.discretisation, anatomy.muscles)
         self.fibres = ActiveFibres(self.discretisation, points, self.muscle_count, fibre_law)
         # In proportion to the stretch, active stress is a constant tensor, which the tissue's kernels take on the way.
@@ -131,7 +133,7 @@ class FullModel:
     def tangents(self, u: FloatArray) -> Tangents:
         """Second derivatives of the energy at u in all projections; u and the parameters must not change meanwhile."""
         return Tangents(
-            lambda project: self._wall_tangent(u, project), lambda project: self._tangent_beside_walls(u, project)
+            lambda project: self._tangent_of_obstacles(u, project), lambda project: self._tangent_of_tissue(u, project)
         )
 
     def tangent(self, u: FloatArray, projection: Projection = TRUE) -> tuple[FloatArray, list[NodeBlocks]]:
@@ -140,12 +142,8 @@ class FullModel:
 
     def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
         """Factorise the free part of second derivatives; raises NotPositiveDefiniteError."""
+        self.factorised_for = None
         self.system.factorise(values, blocks)
-
-    @property
-    def factors(self) -> object:
-        """What the last factors are known by; another object from the next factorisation on."""
-        return self.system.factors
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
@@ -191,7 +189,7 @@ class FullModel:
         if not len(fields):
             return fields
         values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
-        self.system.factorise(values, [])
+        self.factorise(values, [])
         pattern = self.discretisation.pattern
         upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T
@@ -211,17 +209,17 @@ class FullModel:
         blocks = self.discretisation.blocks
         return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
-    def _wall_tangent(self, u: FloatArray, project: bool) -> FloatArray:
+    def _tangent_of_obstacles(self, u: FloatArray, project: bool) -> tuple[FloatArray, list[NodeBlocks]]:
         values = np.zeros(self.discretisation.pattern.nnz)
         for wall in self.walls:
             wall.add_tangent(u, project, values)
-        return values
+        return values, [effect.second_derivatives(u, project=project) for effect in self.effects]
 
-    def _tangent_beside_walls(self, u: FloatArray, project: bool) -> tuple[FloatArray, list[NodeBlocks]]:
+    def _tangent_of_tissue(self, u: FloatArray, project: bool) -> FloatArray:
         values = self.tissue.tangent(u, project=project).copy()
         if not self._fibres_in_tissue:
             self.fibres.add_tangent(u, self._activations, project, values)
-        return values, [effect.second_derivatives(u, project=project) for effect in self.effects]
+        return values
 
     @cached_property
     def _muscle_forces_at_rest(self) -> FloatArray:

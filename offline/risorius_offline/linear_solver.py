@@ -42,8 +42,8 @@ class Pardiso:
     _SYMMETRIC_POSITIVE_DEFINITE = 2
     _ANALYSE, _FACTORISE, _SOLVE = 11, 22, 33
     _ZERO_PIVOT = -4
-    # Parameters of MKL by their numbers: these are set, METIS orders, nothing is refined nor counted. MKL left to itself
-    # refines every solution twice, for three times the time; Newton's method mends far larger errors.
+    # MKL's parameters by number: METIS order, no refinement, no count of entries. Left to itself MKL refines
+    # every solution twice, for three times the time; Newton's method mends far larger errors.
     _PARAMETERS: ClassVar = {1: 1, 2: 2, 8: 0, 18: 0}
 
     def __init__(self) -> None:

@@ -22,12 +22,10 @@ class TangentSystem:
     pattern: upper triangle of the element tangents, rows <= columns. free (f,): numbers of the free components.
     Node blocks may couple nodes that share no element (contact): then the pattern grows and is analysed again. What it
     has grown by is kept, so that contacts that come and go cost no more analyses, until most of it is out of use.
-    factors: what the last factors are known by; another object from the next factorisation on.
     """
 
     def __init__(self, pattern: sp.csr_matrix, free: IntArray, solver: LinearSolver) -> None:
         self._solver = solver
-        self.factors = object()
         self._number = np.full(pattern.shape[0], -1, dtype=np.int64)
         self._number[free] = np.arange(len(free))
         rows = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))
@@ -39,7 +37,6 @@ class TangentSystem:
 
     def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
         """Factorise tangent values in the pattern plus node blocks; raises NotPositiveDefiniteError."""
-        self.factors = object()
         keys, entries = self._entries(blocks)
         positions = np.searchsorted(self._all_keys, keys)
         if len(keys) and not np.array_equal(self._all_keys[np.minimum(positions, len(self._all_keys) - 1)], keys):
