@@ -1,4 +1,4 @@
-"""How a sample is tried: from the nearest equilibrium, from rest, from rest in small steps."""
+"""How a sample is tried: from a guess, from the nearest equilibrium, from rest, from rest in small steps."""
 
 from dataclasses import dataclass, field
 
@@ -35,6 +35,18 @@ class Reluctant:
         return self.solver.solve(parameters, start)
 
 
+@dataclass
+class Guessing(Reluctant):
+    """Such a solver that also takes guesses: of no use, or as good as the solution."""
+
+    useless: bool = False
+
+    def settle(self, parameters, guess):
+        if self.useless:
+            raise SolverError("the guess is useless")
+        return self.solver.settle(parameters, guess)
+
+
 @pytest.fixture(scope="module")
 def exact():
     return EquilibriumSolver(FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3))))
@@ -55,6 +67,16 @@ def test_a_sample_is_tried_from_the_nearest_then_from_rest_then_in_small_steps(f
     wanted = [[(0.9, 0.8)], [(0.0, 0.8)], SMALL]
     np.testing.assert_allclose(solver.asked, [step for attempt in wanted[: failures + 1] for step in attempt])
     assert outcome.report["attempts"] == failures + 1
+    found = exact.solve(np.array([0.8])).u
+    np.testing.assert_allclose(outcome.solved.displacement, found, atol=1e-5 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("useless", [False, True])
+def test_a_guess_is_tried_first_and_the_nearest_equilibrium_where_it_is_useless(useless, exact, states):
+    solver = Guessing(exact, 0, useless=useless)
+    outcome = SampleSolver(solver, derivatives=False).solve(np.array([0.8]), states[1].displacement, states)
+    assert outcome.report["attempts"] == 1 + useless
+    assert solver.asked == [(0.9, 0.8)] * useless
     found = exact.solve(np.array([0.8])).u
     np.testing.assert_allclose(outcome.solved.displacement, found, atol=1e-5 * np.abs(found).max())
 
