@@ -23,7 +23,7 @@ from risorius_offline.tangents import PROJECTED, TRUE, Projection, Tangents
 
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
-GOOD_CONTRACTION = 0.5
+GOOD_CONTRACTION = 0.25
 # Tried one after the other. Obstacles cost little to project.
 PROJECTIONS = (TRUE, Projection(True, 0.0), Projection(True, 0.25), PROJECTED)
 ONLY_OBSTACLES = 1
