@@ -1,18 +1,23 @@
 """The reduced body against the full model: with all modes and elements it is the same, and few elements approach it."""
 
+from dataclasses import dataclass
+
+import h5py
 import numpy as np
 import pytest
 
+from risorius.evaluators import CorrectedMap
 from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.cubature import choose, element_forces
 from risorius.hyper_reduction.lanes import FLOOR, relaxed_log, relaxed_log_slopes
 from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.hyper_reduction.reduced_body import ReducedBody
-from risorius.hyper_reduction.sampled_body import Equilibria, sample_body
+from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sample_body
 from risorius.hyper_reduction.tissue import Tissue
 from risorius.hyper_reduction.wall import Walls, relaxed_barrier
 from risorius.mechanics.material import Yeoh
 from risorius.mechanics.wall import barrier
+from risorius.poses import Poses
 from risorius_offline.body import body_of
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
@@ -160,7 +165,7 @@ def pulled():
 
 
 def test_few_weighted_elements_give_the_training_forces(pulled):
-    model, weights, states, modes = pulled
+    model, _, states, modes = pulled
     terms = terms_of(model)
     columns = np.concatenate([element_forces(terms, u, modes) for u in states], axis=1).astype(np.float32)
     sizes = [len(term.connectivity) for term in terms]
@@ -209,17 +214,73 @@ def test_correction_ends_at_the_minimum_of_the_energy(pulled):
     assert np.linalg.norm(body.q - truth) < 0.01 * np.linalg.norm(truth)
 
 
-def test_sampled_body_follows_the_full_equilibrium(pulled, tmp_path):
+@dataclass(frozen=True)
+class Guess:
+    """A learned map that always gives the same coordinates."""
+
+    answer: np.ndarray
+
+    def coordinates(self, parameters, out):
+        out[:] = self.answer
+
+
+@pytest.fixture(scope="module")
+def sampled(pulled):
     model, weights, states, modes = pulled
     gram = modes.reshape(len(modes), -1)
     coordinates = np.linalg.solve(gram @ gram.T, gram @ states.reshape(len(states), -1).T).T
     equilibria = Equilibria(weights[:, None], coordinates)
-    sampled = sample_body(body_of(model), model.anatomy.points, modes, 0, equilibria, 24)
-    assert sampled.size <= 24
-    correction = sampled.correction()
+    return sample_body(body_of(model), model.anatomy.points, modes, 0, equilibria, 24), coordinates[-1]
+
+
+def test_sampled_body_follows_the_full_equilibrium(pulled, sampled):
+    model, _, _, modes = pulled
+    body, _ = sampled
+    assert body.size <= 24
+    correction = body.correction()
     correction.body.set_activations(np.array([0.63]))
     correction.residual(np.zeros(len(modes)))
     correction.improve(20)
     truth = EquilibriumSolver(model).solve(np.array([0.63])).u
     found = np.tensordot(correction.body.q.astype(float), modes, axes=1)
     assert np.linalg.norm(found - truth) < 0.01 * np.linalg.norm(truth)
+
+
+def test_a_good_guess_stays_and_a_bad_one_is_corrected(sampled):
+    body, truth = sampled
+    out, full = np.empty(len(truth)), np.array([1.0])
+    good = CorrectedMap(Guess(truth), body, Poses())
+    good.coordinates(full, out)
+    assert (out == truth).all()
+    assert good.doubt <= body.quiet
+    off = truth + 20 * body.quiet
+    bad = CorrectedMap(Guess(off), body, Poses())
+    bad.coordinates(full, out)
+    assert bad.doubt > body.quiet
+    assert np.linalg.norm(out - truth) < 0.2 * np.linalg.norm(off - truth)
+
+
+def test_a_sampled_body_comes_back_from_its_file(sampled, tmp_path):
+    body, truth = sampled
+    with h5py.File(tmp_path / "body.h5", "w") as file:
+        body.write(file)
+    with h5py.File(tmp_path / "body.h5") as file:
+        back = SampledBody.read(file)
+    first, second = body.correction(), back.correction()
+    for correction in (first, second):
+        correction.body.set_activations(np.array([0.5]))
+    assert first.residual(truth) == second.residual(truth)
+    assert (back.size, back.quiet) == (body.size, body.quiet)
+
+
+def test_leading_modes_are_those_of_the_whole(sampled):
+    body, truth = sampled
+    part = body.leading(2).correction()
+    whole = body.correction()
+    gradients = []
+    for correction, q in ((part, truth[:2]), (whole, np.append(truth[:2], np.zeros(len(truth) - 2)))):
+        correction.body.set_activations(np.array([0.5]))
+        correction.body.deform(q)
+        gradients.append(np.empty(correction.body.rank, np.float32))
+        correction.body.gradient(gradients[-1])
+    assert gradients[0] == pytest.approx(gradients[1][:2], rel=1e-5)
