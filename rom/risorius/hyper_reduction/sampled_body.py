@@ -25,6 +25,8 @@ Floats = npt.NDArray[np.floating]
 # Training states whose forces the elements have to give, and those whose mean stiffness is the metric.
 FORCE_STATES, STIFFNESS_STATES = 110, 6
 TOLERANCE = 1e-3  # of the forces: fewer elements than asked for will do where they miss no more
+# Random combinations of the modes that stand for all of a state (Johnson and Lindenstrauss 1984): less memory.
+COMBINATIONS = 64
 QUIET = 0.99
 
 
@@ -111,11 +113,12 @@ def sample_body(
     muscles = ReducedMuscles.of(body, points, fields)
     whole = ReducedBody(terms, fields, lifts, muscles)
     stiffness = np.mean([_stiffness(whole, *one) for one in equilibria.some(STIFFNESS_STATES)], axis=0)
-    metric, modes = np.linalg.inv(stiffness), fields[lifts:]
-    columns = [
-        (element_forces(terms, np.tensordot(state, fields, axes=1), modes) @ metric).astype(np.float32)
-        for _, state in equilibria.some(FORCE_STATES)
-    ]
+    metric, modes, rng = np.linalg.inv(stiffness), fields[lifts:], np.random.default_rng(0)
+    columns = []
+    for _, state in equilibria.some(FORCE_STATES):
+        combined = metric @ rng.normal(size=(len(modes), COMBINATIONS)) if len(modes) > COMBINATIONS else metric
+        forces = element_forces(terms, np.tensordot(state, fields, axes=1), modes)
+        columns.append((forces @ combined).astype(np.float32))
     sizes = [len(term.connectivity) for term in terms]
     cubature = choose(np.concatenate(columns, axis=1), sizes, elements, TOLERANCE)
     sampled = _sampled(body, cubature, fields, lifts, muscles, stiffness)
