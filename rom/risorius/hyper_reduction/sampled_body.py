@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.hyper_reduction.correction import Correction
-from risorius.hyper_reduction.cubature import Cubature, choose, element_forces
+from risorius.hyper_reduction.cubature import Cubature, choose, element_forces, node_components
 from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.hyper_reduction.reduced_body import ReducedBody
 from risorius.hyper_reduction.terms import Term
@@ -25,8 +25,6 @@ Floats = npt.NDArray[np.floating]
 # Training states whose forces the elements have to give, and those whose mean stiffness is the metric.
 FORCE_STATES, STIFFNESS_STATES = 110, 6
 TOLERANCE = 1e-3  # of the forces: fewer elements than asked for will do where they miss no more
-# Random combinations of the modes that stand for all of a state (Johnson and Lindenstrauss 1984): less memory.
-COMBINATIONS = 64
 QUIET = 0.99
 
 
@@ -109,20 +107,31 @@ def sample_body(
     The first `lifts` fields are prescribed. Forces are compared as the displacements that they cause, in units of a
     coordinate.
     """
-    terms: list[Term] = [Tissue(table) for table in body.passive] + [Walls(table) for table in body.walls]
     muscles = ReducedMuscles.of(body, points, fields)
+    body = replace(body, walls=tuple(_acting(table, fields, equilibria) for table in body.walls))
+    terms: list[Term] = [Tissue(table) for table in body.passive] + [Walls(table) for table in body.walls]
     whole = ReducedBody(terms, fields, lifts, muscles)
     stiffness = np.mean([_stiffness(whole, *one) for one in equilibria.some(STIFFNESS_STATES)], axis=0)
-    metric, modes, rng = np.linalg.inv(stiffness), fields[lifts:], np.random.default_rng(0)
-    columns = []
-    for _, state in equilibria.some(FORCE_STATES):
-        combined = metric @ rng.normal(size=(len(modes), COMBINATIONS)) if len(modes) > COMBINATIONS else metric
-        forces = element_forces(terms, np.tensordot(state, fields, axes=1), modes)
-        columns.append((forces @ combined).astype(np.float32))
+    metric, modes = np.linalg.inv(stiffness), fields[lifts:]
+    states = [state for _, state in equilibria.some(FORCE_STATES)]
     sizes = [len(term.connectivity) for term in terms]
-    cubature = choose(np.concatenate(columns, axis=1), sizes, elements, TOLERANCE)
+    columns = np.empty((sum(sizes), len(states), len(modes)), np.float32)
+    for number, state in enumerate(states):
+        columns[:, number] = element_forces(terms, np.tensordot(state, fields, axes=1), modes) @ metric
+    cubature = choose(columns.reshape(len(columns), -1), sizes, elements, TOLERANCE)
     sampled = _sampled(body, cubature, fields, lifts, muscles, stiffness)
     return replace(sampled, quiet=float(np.quantile(_residuals(sampled, equilibria), QUIET)))
+
+
+def _acting(table: WallCells, fields: FloatArray, equilibria: Equilibria) -> WallCells:
+    """Return the walls that any of the states feels: few of all."""
+    term = Walls(table)
+    dofs, felt = node_components(term.connectivity), np.zeros(len(table.weights), bool)
+    for _, state in equilibria.some(FORCE_STATES):
+        term.deform(np.ascontiguousarray(np.tensordot(state, fields, axes=1).reshape(-1)[dofs]))
+        felt |= term.forces().any(axis=0)
+    chosen = np.flatnonzero(felt)
+    return table.weighted(chosen, np.ones(len(chosen)))
 
 
 def _sampled(
