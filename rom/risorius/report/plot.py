@@ -1,0 +1,151 @@
+"""The plot: error against time, both logarithmic, one column for each held-out set, the Pareto front drawn."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from risorius.errors import MissingExtraError
+from risorius.report.results import Results, Row, front
+
+FULL = "#D55E00"
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours of paper, ink and grid."""
+
+    paper: str
+    ink: str
+    grid: str
+
+
+LIGHT = Theme("#ffffff", "#1b1f24", "#d8dde3")
+DARK = Theme("#14181d", "#e6e9ed", "#3a424c")
+
+
+@dataclass(frozen=True)
+class _Axis:
+    title: str
+    seconds: Callable[[Row], tuple[float, float]]
+
+
+AXES = (
+    _Axis("time to coordinates, µs", lambda row: (row.coordinates.median, row.coordinates.p99)),
+    _Axis("time of the whole frame, µs", lambda row: (row.frame.median, row.frame.p99)),
+)
+
+
+def require_matplotlib() -> None:
+    """Raise MissingExtraError when there is nothing to draw with: better before the measurement than after it."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError("the plot of the report", "report", "matplotlib") from error
+
+
+def draw(results: Results, theme: Theme, kind: str) -> bytes:
+    """Picture of the results; kind: svg or png."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    settings = {"svg.hashsalt": "risorius", "font.size": 9, "text.color": theme.ink, "axes.labelcolor": theme.ink,
+                "xtick.color": theme.ink, "ytick.color": theme.ink, "axes.edgecolor": theme.ink,
+                "axes.facecolor": theme.paper, "axes.titlesize": 10}  # fmt: skip
+    with rc_context(settings):
+        columns = len(results.sets)
+        figure = Figure(figsize=(1.0 + 4.7 * columns, 7.6), facecolor=theme.paper, layout="constrained")
+        panels = figure.subplots(len(AXES), columns, sharey=True, sharex="row", squeeze=False)
+        for panel_row, axis in zip(panels, AXES, strict=True):
+            for panel, held_out in zip(panel_row, results.sets, strict=True):
+                _panel(panel, results, held_out, axis, theme)
+        for panel, held_out in zip(panels[0], results.sets, strict=True):
+            panel.set_title(f"{held_out} held-out input")
+        for panel_row in panels:
+            panel_row[0].set_ylabel("error of visible vertices, mm")
+        _legend(figure, results, theme)
+        picture = io.BytesIO()
+        nothing = {"Date": None, "Creator": None, "Format": None, "Type": None} if kind == "svg" else None
+        figure.savefig(picture, format=kind, dpi=160, metadata=nothing)
+    return picture.getvalue()
+
+
+def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Theme) -> None:
+    rows = results.of(held_out)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.grid(True, which="major", color=theme.grid, linewidth=0.6)
+    panel.set_axisbelow(True)
+    panel.set_xlabel(axis.title)
+    full = results.full.get(held_out)
+    times = [1e6 * time for row in rows for time in axis.seconds(row)]
+    end = 1e6 * full.seconds if full else max(times)
+    _draw_front(panel, [(1e6 * axis.seconds(row)[0], 1e3 * row.errors.p95) for row in rows], end, theme)
+    for row in rows:
+        median, p99 = (1e6 * time for time in axis.seconds(row))
+        mean, p95, largest = 1e3 * row.errors.mean, 1e3 * row.errors.p95, 1e3 * row.errors.maximum
+        panel.plot([median, median], [mean, largest], color=row.family.colour, linewidth=1.2, zorder=3)
+        panel.plot([median, p99], [p95, p95], color=row.family.colour, linewidth=1.2, linestyle=":", zorder=3)
+        for error in (mean, largest):
+            panel.plot([median], [error], color=row.family.colour, marker="_", markersize=8, zorder=3)
+        panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=8,
+                   markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=4)  # fmt: skip
+    if full:
+        panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
+    panel.set_xlim(0.5 * min(times), 2.0 * max(end, *times))
+    _label(panel, [(1e6 * axis.seconds(row)[0], 1e3 * row.errors.p95, row.method) for row in rows], theme)
+
+
+def _draw_front(panel: Any, points: Sequence[tuple[float, float]], end: float, theme: Theme) -> None:
+    """Steps: what error can be had within a time."""
+    best = sorted({point for point, keep in zip(points, front(points), strict=True) if keep})
+    times, errors = [time for time, _ in best] + [end], [error for _, error in best] + [best[-1][1]]
+    panel.plot(times, errors, drawstyle="steps-post", color=theme.ink, linewidth=1.0, alpha=0.75, zorder=2)
+
+
+def _label(panel: Any, points: Sequence[tuple[float, float, str]], theme: Theme) -> None:
+    """Names beside their markers, moved up where they would lie on each other."""
+    low, high = panel.get_ylim()
+    height = 0.045 * math.log(high / low)
+    left, right = panel.get_xlim()
+    taken: list[tuple[float, float]] = []
+    for time, error, name in sorted(points, key=lambda point: point[1]):
+        along, up = math.log(time / left) / math.log(right / left), math.log(error)
+        while any(abs(up - other) < height and abs(along - beside) < 0.4 for beside, other in taken):
+            up += 0.25 * height
+        taken.append((along, up))
+        panel.annotate(
+            name,
+            (time, error),
+            xytext=(9 if along < 0.65 else -9, 0.0),
+            textcoords=("offset points", "data"),
+            color=theme.ink,
+            ha="left" if along < 0.65 else "right",
+            va="center",
+            fontsize=8,
+        ).xyann = (9 if along < 0.65 else -9, math.exp(up))
+
+
+def _legend(figure: Any, results: Results, theme: Theme) -> None:
+    from matplotlib.lines import Line2D
+
+    families = dict.fromkeys(row.family for row in results.rows)
+    handles = [
+        Line2D([], [], color=family.colour, marker=family.marker, linestyle="", markersize=7, label=family.name)
+        for family in families
+    ]
+    handles.append(Line2D([], [], color=theme.ink, linewidth=1.0, label="Pareto front"))
+    if results.full:
+        handles.append(Line2D([], [], color=FULL, linewidth=1.6, linestyle="--", label="full model (the reference)"))
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=len(handles),
+        frameon=False,
+        title="marker: 95 % of vertices, median time; bar: mean to largest error; dots: time to the 99th percentile",
+        title_fontsize=8,
+        fontsize=8,
+    )
