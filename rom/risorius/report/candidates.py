@@ -76,14 +76,14 @@ class _OwnMethod:
 
 
 def candidates_of(model: ReducedModel, offline: OfflineCost, singles: OfflineCost) -> list[Candidate]:
-    """Every evaluator of a model. offline: cost of the model; singles: of what superposition needs."""
+    """Every evaluator of a model, the simplest first; offline cost of the model, and of the singles of superposition."""
     skin = reconstruction(model.carried_basis, model.rest_vertices)
     result = []
     for name, evaluator in model.evaluators.items():
         own = _OwnMethod(model, evaluator, skin)
         cost = singles if name == Superposition.name else offline
         result.append(Candidate(name, _family(name), own.coordinates, own.vertices, cost))
-    return result
+    return sorted(result, key=lambda one: one.family.simplicity)
 
 
 def _family(name: str) -> Family:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ from risorius.errors import MissingExtraError
 from risorius.report.results import Results, Row, front
 
 FULL = "#D55E00"
+MARKER = 13.0  # points: a number fits in
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def draw(results: Results, theme: Theme, kind: str) -> bytes:
                 "axes.facecolor": theme.paper, "axes.titlesize": 10}  # fmt: skip
     with rc_context(settings):
         columns = len(results.sets)
-        figure = Figure(figsize=(1.0 + 4.7 * columns, 7.6), facecolor=theme.paper, layout="constrained")
+        figure = Figure(figsize=(1.0 + 4.7 * columns, 8.0), facecolor=theme.paper, layout="constrained")
         panels = figure.subplots(len(AXES), columns, sharey=True, sharex="row", squeeze=False)
         for panel_row, axis in zip(panels, AXES, strict=True):
             for panel, held_out in zip(panel_row, results.sets, strict=True):
@@ -79,6 +79,7 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     panel.set_yscale("log")
     panel.grid(True, which="major", color=theme.grid, linewidth=0.6)
     panel.set_axisbelow(True)
+    panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     panel.set_xlabel(axis.title)
     full = results.full.get(held_out)
     times = [1e6 * time for row in rows for time in axis.seconds(row)]
@@ -91,12 +92,13 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
         panel.plot([median, p99], [p95, p95], color=row.family.colour, linewidth=1.2, linestyle=":", zorder=3)
         for error in (mean, largest):
             panel.plot([median], [error], color=row.family.colour, marker="_", markersize=8, zorder=3)
-        panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=8,
+        panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=MARKER,
                    markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=4)  # fmt: skip
+        panel.annotate(_number(results, row.method), (median, p95), ha="center", va="center", fontsize=8,
+                       color=_readable_on(row.family.colour), zorder=5)  # fmt: skip
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
     panel.set_xlim(0.5 * min(times), 2.0 * max(end, *times))
-    _label(panel, [(1e6 * axis.seconds(row)[0], 1e3 * row.errors.p95, row.method) for row in rows], theme)
 
 
 def _draw_front(panel: Any, points: Sequence[tuple[float, float]], end: float, theme: Theme) -> None:
@@ -106,46 +108,36 @@ def _draw_front(panel: Any, points: Sequence[tuple[float, float]], end: float, t
     panel.plot(times, errors, drawstyle="steps-post", color=theme.ink, linewidth=1.0, alpha=0.75, zorder=2)
 
 
-def _label(panel: Any, points: Sequence[tuple[float, float, str]], theme: Theme) -> None:
-    """Names beside their markers, moved up where they would lie on each other."""
-    low, high = panel.get_ylim()
-    height = 0.045 * math.log(high / low)
-    left, right = panel.get_xlim()
-    taken: list[tuple[float, float]] = []
-    for time, error, name in sorted(points, key=lambda point: point[1]):
-        along, up = math.log(time / left) / math.log(right / left), math.log(error)
-        while any(abs(up - other) < height and abs(along - beside) < 0.4 for beside, other in taken):
-            up += 0.25 * height
-        taken.append((along, up))
-        panel.annotate(
-            name,
-            (time, error),
-            xytext=(9 if along < 0.65 else -9, 0.0),
-            textcoords=("offset points", "data"),
-            color=theme.ink,
-            ha="left" if along < 0.65 else "right",
-            va="center",
-            fontsize=8,
-        ).xyann = (9 if along < 0.65 else -9, math.exp(up))
-
-
 def _legend(figure: Any, results: Results, theme: Theme) -> None:
+    """Methods by number, with their families; then what the lines are."""
     from matplotlib.lines import Line2D
 
-    families = dict.fromkeys(row.family for row in results.rows)
+    methods = {row.method: row.family for row in results.rows}
     handles = [
-        Line2D([], [], color=family.colour, marker=family.marker, linestyle="", markersize=7, label=family.name)
-        for family in families
-    ]
+        Line2D([], [], color=family.colour, marker=family.marker, linestyle="", markersize=8,
+               label=f"{_number(results, method)}  {method}: {family.name}")
+        for method, family in methods.items()
+    ]  # fmt: skip
     handles.append(Line2D([], [], color=theme.ink, linewidth=1.0, label="Pareto front"))
     if results.full:
-        handles.append(Line2D([], [], color=FULL, linewidth=1.6, linestyle="--", label="full model (the reference)"))
+        handles.append(Line2D([], [], color=FULL, linewidth=1.6, linestyle="--", label="full model, the reference"))
     figure.legend(
         handles=handles,
         loc="outside lower center",
-        ncols=len(handles),
+        ncols=3 if len(results.sets) > 1 else 1,
         frameon=False,
         title="marker: 95 % of vertices, median time; bar: mean to largest error; dots: time to the 99th percentile",
         title_fontsize=8,
         fontsize=8,
     )
+
+
+def _number(results: Results, method: str) -> str:
+    """Number of a method on the plot, as in its tables."""
+    return str(results.methods.index(method) + 1)
+
+
+def _readable_on(colour: str) -> str:
+    """Black or white, whichever stands out: by the luminance of sRGB (Rec. 709)."""
+    red, green, blue = (int(colour[at : at + 2], 16) / 255.0 for at in (1, 3, 5))
+    return "#000000" if 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.45 else "#ffffff"

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from risorius.accuracy import Errors
 from risorius.report.candidates import Family, OfflineCost
 from risorius.report.full_model import FullModelTime
 from risorius.report.machine import Machine
-from risorius.report.measuring import Errors, Times
+from risorius.report.measuring import Times
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Results:
     """A report before it has a form.
 
     full: time of the full model for each held-out set where it is known. frames: timed for each method and set.
-    errors_from, times_from: in words, where the two come from; offline_note: what the offline cost covers.
+    errors_from, times_from: in words, where the two come from. peers: whether other codes are among the methods.
     """
 
     model: str
@@ -48,6 +49,11 @@ class Results:
         """Names of the held-out sets, in order."""
         return tuple(dict.fromkeys(row.held_out for row in self.rows))
 
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods, in order: the plot numbers them."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
     def of(self, held_out: str) -> tuple[Row, ...]:
         """Rows of one held-out set."""
         return tuple(row for row in self.rows if row.held_out == held_out)
@@ -55,6 +61,4 @@ class Results:
 
 def front(points: Sequence[tuple[float, float]]) -> list[bool]:
     """Which points (time, error) are on the Pareto front: nothing is as good in both and better in one."""
-    return [
-        not any(t <= time and e <= error and (t < time or e < error) for t, e in points) for time, error in points
-    ]
+    return [not any(t <= time and e <= error and (t < time or e < error) for t, e in points) for time, error in points]

@@ -31,7 +31,9 @@ def _best(rows: tuple[Row, ...], results: Results) -> str:
         f"{_mm(best.errors.p95)} mm, in {_us(best.frame.median)} µs a frame"
     )
     full = results.full.get(best.held_out)
-    return f"{text}, {_count(full.seconds / best.frame.median)} times as fast as the full model." if full else f"{text}."
+    return (
+        f"{text}, {_count(full.seconds / best.frame.median)} times as fast as the full model." if full else f"{text}."
+    )
 
 
 def _simpler_wins(rows: tuple[Row, ...]) -> Iterator[str]:
