@@ -15,7 +15,7 @@ from pymor.vectorarrays.numpy import NumpyVectorSpace
 from peers.snapshot_fields import SnapshotFields, best_setting, cpu_seconds
 from risorius.report.candidates import Candidate, Family, OfflineCost
 
-FAMILY = Family("pyMOR", 1, "#56B4E9", "^")
+FAMILY = Family("pyMOR", 1, "#56B4E9", "h")
 LENGTH_SCALES = (1.0, 2.0, 4.0, 8.0, 16.0)
 
 

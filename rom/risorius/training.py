@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -41,7 +42,9 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
 
     Raises InputError when the snapshots lack what training needs.
     """
-    return train(snapshots, project(snapshots, rank))
+    begin = time.process_time()
+    model = train(snapshots, project(snapshots, rank))
+    return replace(model, provenance={**model.provenance, "training_cpu_seconds": time.process_time() - begin})
 
 
 def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:

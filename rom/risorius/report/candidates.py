@@ -76,7 +76,7 @@ class _OwnMethod:
 
 
 def candidates_of(model: ReducedModel, offline: OfflineCost, singles: OfflineCost) -> list[Candidate]:
-    """Every evaluator of a model, the simplest first; offline cost of the model, and of the singles of superposition."""
+    """Every evaluator of a model, the simplest first; costs of the model, and of superposition's singles."""
     skin = reconstruction(model.carried_basis, model.rest_vertices)
     result = []
     for name, evaluator in model.evaluators.items():

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from risorius.errors import MissingExtraError
+from risorius.report.candidates import Family
 from risorius.report.results import Results, Row, front
 
 FULL = "#D55E00"
@@ -85,7 +86,7 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     times = [1e6 * time for row in rows for time in axis.seconds(row)]
     end = 1e6 * full.seconds if full else max(times)
     _draw_front(panel, [(1e6 * axis.seconds(row)[0], 1e3 * row.errors.p95) for row in rows], end, theme)
-    for row in rows:
+    for layer, row in enumerate(rows, start=4):
         median, p99 = (1e6 * time for time in axis.seconds(row))
         mean, p95, largest = 1e3 * row.errors.mean, 1e3 * row.errors.p95, 1e3 * row.errors.maximum
         panel.plot([median, median], [mean, largest], color=row.family.colour, linewidth=1.2, zorder=3)
@@ -93,9 +94,9 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
         for error in (mean, largest):
             panel.plot([median], [error], color=row.family.colour, marker="_", markersize=8, zorder=3)
         panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=MARKER,
-                   markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=4)  # fmt: skip
+                   markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=layer)  # fmt: skip
         panel.annotate(_number(results, row.method), (median, p95), ha="center", va="center", fontsize=8,
-                       color=_readable_on(row.family.colour), zorder=5)  # fmt: skip
+                       color=_readable_on(row.family.colour), zorder=layer)  # fmt: skip
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
     panel.set_xlim(0.5 * min(times), 2.0 * max(end, *times))
@@ -115,7 +116,7 @@ def _legend(figure: Any, results: Results, theme: Theme) -> None:
     methods = {row.method: row.family for row in results.rows}
     handles = [
         Line2D([], [], color=family.colour, marker=family.marker, linestyle="", markersize=8,
-               label=f"{_number(results, method)}  {method}: {family.name}")
+               label=f"{_number(results, method)}  {_named(method, family)}")
         for method, family in methods.items()
     ]  # fmt: skip
     handles.append(Line2D([], [], color=theme.ink, linewidth=1.0, label="Pareto front"))
@@ -130,6 +131,10 @@ def _legend(figure: Any, results: Results, theme: Theme) -> None:
         title_fontsize=8,
         fontsize=8,
     )
+
+
+def _named(method: str, family: Family) -> str:
+    return method if family.name in method else f"{method}, {family.name}"
 
 
 def _number(results: Results, method: str) -> str:

@@ -67,7 +67,7 @@ def _beaten(rows: tuple[Row, ...]) -> Iterator[str]:
         if better:
             one = min(better, key=lambda found: found.errors.p95)
             yield (
-                f"{_capital(row.held_out)} input: {one.method} beats {row.method} in both, "
+                f"{_capital(row.held_out)} input: {one.method} beats {row.method} in error and time, "
                 f"95 % {_mm(one.errors.p95)} against {_mm(row.errors.p95)} mm in "
                 f"{_us(one.frame.median)} against {_us(row.frame.median)} µs a frame."
             )
