@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
-from risorius.evaluators import Evaluator
 from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
 
@@ -19,7 +17,7 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True)
 class Errors:
-    """Distances of the visible vertices of held-out snapshots of one kind to the full model, metres.
+    """Distances of the visible vertices of held-out snapshots to the full model, metres.
 
     mean, p95, maximum: over all vertices of all of them. frame: on COVERAGE of frames no vertex is further off.
     relative: median L2. count: of snapshots.
@@ -73,35 +71,25 @@ class HeldOut:
 
     def by_kind(self, errors: npt.NDArray[np.float32]) -> Mapping[str, Errors]:
         """Summaries of distances (h, v) for each kind."""
-        sizes = np.linalg.norm(self.displacements.reshape(len(errors), -1).astype(np.float64), axis=1)
-        relative = np.linalg.norm(errors.astype(np.float64), axis=1) / np.maximum(sizes, np.finfo(float).tiny)
-        result = {}
-        for kind in dict.fromkeys(self.kinds):
-            rows = np.array([one == kind for one in self.kinds])
-            result[kind] = Errors(
-                mean=float(errors[rows].mean(dtype=np.float64)),
-                p95=float(np.quantile(errors[rows], 0.95)),
-                maximum=float(errors[rows].max()),
-                frame=conformal_quantile(errors[rows].max(axis=1).astype(np.float64)),
-                relative=float(np.median(relative[rows])),
-                count=int(rows.sum()),
-            )
-        return result
+        kinds = np.array(self.kinds)
+        return {kind: self._summary(errors, kinds == kind) for kind in dict.fromkeys(self.kinds)}
 
+    def overall(self, errors: npt.NDArray[np.float32]) -> Errors:
+        """Summary of distances (h, v) of all kinds together."""
+        return self._summary(errors, np.ones(len(errors), bool))
 
-def answers(evaluator: Evaluator, parameters: FloatArray, rank: int) -> FloatArray:
-    """Modal coordinates (s, rank) of an evaluator for parameters (s, p)."""
-    result = np.empty((len(parameters), rank))
-    for row, out in zip(parameters, result, strict=True):
-        evaluator.coordinates(row, out)
-    return result
-
-
-def displacements(basis: CarriedBasis, coordinates: FloatArray) -> Iterator[FloatArray]:
-    """Displacements (v, 3) of the visible vertices for each row of coordinates (s, r)."""
-    fields = basis.fields.astype(np.float64)
-    for row in coordinates:
-        yield basis.weights @ np.tensordot(row, fields, axes=1)
+    def _summary(self, errors: npt.NDArray[np.float32], rows: npt.NDArray[np.bool_]) -> Errors:
+        distances, truth = errors[rows].astype(np.float64), self.displacements[rows].astype(np.float64)
+        sizes = np.linalg.norm(truth.reshape(len(truth), -1), axis=1)
+        relative = np.linalg.norm(distances, axis=1) / np.maximum(sizes, np.finfo(float).tiny)
+        return Errors(
+            mean=float(distances.mean()),
+            p95=float(np.quantile(distances, 0.95)),
+            maximum=float(distances.max()),
+            frame=conformal_quantile(distances.max(axis=1)),
+            relative=float(np.median(relative)),
+            count=len(distances),
+        )
 
 
 def conformal_quantile(scores: FloatArray) -> float:
