@@ -20,6 +20,7 @@ def candidate(fields: SnapshotFields, solves: float) -> Candidate:
     (kernel, rom), seconds = cpu_seconds(train)
     return Candidate(
         name=f"EZyRB POD+RBF ({kernel.replace('_', ' ')})",
+        method="EZyRB POD+RBF",
         family=FAMILY,
         coordinates=lambda parameters: rom.approximation.predict(parameters[None])[0],
         vertices=lambda parameters: fields.seen(rom.predict(parameters)[0]),

@@ -49,6 +49,7 @@ def candidate(fields: SnapshotFields, solves: float) -> Candidate:
     (scale, pod), seconds = cpu_seconds(train)
     return Candidate(
         name=f"pyMOR POD+VKOGA (length {scale:g})",
+        method="pyMOR POD+VKOGA",
         family=FAMILY,
         coordinates=pod.coordinates,
         vertices=lambda parameters: fields.seen(pod.displacements(parameters)),

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from risorius.evaluators import LEARNED, Evaluator, Superposition
+from risorius.evaluators import Setting, Superposition
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
-from risorius.reconstruction import Reconstruction, reconstruction
+from risorius.pipeline import Pipeline, pipelines
 
 Vertices = npt.NDArray[np.float32]
 
@@ -43,50 +43,47 @@ class OfflineCost:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One method: parameters (p,) to coordinates (r,), and all the way to the visible vertices (n, 3), metres.
+    """One way of running a method: parameters (p,) to coordinates (r,), and on to the visible vertices (n, 3), metres.
 
-    What the two return may be overwritten by the next call.
+    name: of the operating point, method: of what is run at it. What the two return may be overwritten by the next call.
     """
 
     name: str
+    method: str
     family: Family
     coordinates: Callable[[FloatArray], npt.NDArray[np.floating]]
     vertices: Callable[[FloatArray], Vertices]
     offline: OfflineCost
 
 
-class _OwnMethod:
-    """An evaluator of a model, without the bookkeeping of the engine around it."""
+class _OwnWay:
+    """A pipeline of the model, as the engine has it."""
 
-    def __init__(self, model: ReducedModel, evaluator: Evaluator, skin: Reconstruction) -> None:
-        self._evaluator, self._skin, self._poses = evaluator, skin, model.poses
-        self._muscles = len(model.inputs.muscles)
-        self._coordinates = np.zeros(model.rank)
-        self._lifts, self._modal = self._coordinates[: model.lifts], self._coordinates[model.lifts :]
-        self._vertices = np.empty_like(model.rest_vertices)
+    def __init__(self, pipeline: Pipeline, rest: Vertices) -> None:
+        self._pipeline, self._vertices = pipeline, np.empty_like(rest)
 
     def coordinates(self, parameters: FloatArray) -> FloatArray:
-        self._poses.lift_coordinates(parameters[self._muscles :], out=self._lifts)
-        self._evaluator.coordinates(parameters, self._modal)
-        return self._coordinates
+        self._pipeline.solve(parameters)
+        return self._pipeline.coordinates
 
     def vertices(self, parameters: FloatArray) -> Vertices:
-        self._skin.write(self.coordinates(parameters), self._vertices)
+        self._pipeline.solve(parameters)
+        self._pipeline.write(self._vertices)
         return self._vertices
 
 
 def candidates_of(model: ReducedModel, offline: OfflineCost, singles: OfflineCost) -> list[Candidate]:
-    """Every evaluator of a model, the simplest first; costs of the model, and of superposition's singles."""
-    skin = reconstruction(model.carried_basis, model.rest_vertices)
+    """Every operating point of a model, the simplest first, with the costs of the model and of superposition alone."""
+    settings = [point.setting for point in model.points]
     result = []
-    for name, evaluator in model.evaluators.items():
-        own = _OwnMethod(model, evaluator, skin)
-        cost = singles if name == Superposition.name else offline
-        result.append(Candidate(name, _family(name), own.coordinates, own.vertices, cost))
+    for setting, pipeline in zip(settings, pipelines(model, settings), strict=True):
+        way, family = _OwnWay(pipeline, model.rest_vertices), _family(setting)
+        cost = singles if family is BLENDSHAPES else offline
+        result.append(Candidate(str(setting), setting.method, family, way.coordinates, way.vertices, cost))
     return sorted(result, key=lambda one: one.family.simplicity)
 
 
-def _family(name: str) -> Family:
-    if name == Superposition.name:
+def _family(setting: Setting) -> Family:
+    if setting.method == Superposition.name:
         return BLENDSHAPES
-    return MAPS if name in LEARNED else PHYSICS
+    return PHYSICS if setting.elements or setting.steps else MAPS

@@ -21,16 +21,17 @@ def require_of_model(snapshots: SnapshotSet, model: ReducedModel, path: Path) ->
 
     Only then is what is held out known to be new to the model.
     """
-    if snapshots.inputs.parameters != model.inputs.parameters:
-        theirs, ours = snapshots.inputs.parameters, model.inputs.parameters
-        raise InputError(f"{path}: its parameters are {_few(theirs)}, those of the model {_few(ours)}; {REMEDY}")
-    for key in sorted(set(snapshots.provenance) - set(PER_RUN)):
-        theirs, ours = _plain(snapshots.provenance[key]), _plain(model.provenance.get(key))
+    compared = {
+        "parameters": (_few(snapshots.inputs.parameters), _few(model.inputs.parameters)),
+        **{
+            key: (_plain(snapshots.provenance[key]), _plain(model.provenance.get(key)))
+            for key in sorted(set(snapshots.provenance) - set(PER_RUN))
+        },
+        "number of visible vertices": (len(snapshots.surface.points), len(model.rest_vertices)),
+    }
+    for name, (theirs, ours) in compared.items():
         if theirs != ours:
-            raise InputError(f"{path}: {key} is {theirs!r}, that of the model {ours!r}; {REMEDY}")
-    theirs, ours = len(snapshots.surface.points), len(model.rest_vertices)
-    if theirs != ours:
-        raise InputError(f"{path}: shows {theirs} vertices, the model {ours}; {REMEDY}")
+            raise InputError(f"{path}: its {name}: {theirs}, of the model: {ours}; {REMEDY}")
 
 
 def frames_like(parameters: FloatArray, lowest: FloatArray, count: int) -> FloatArray:
@@ -54,7 +55,7 @@ def made_up_inputs(model: ReducedModel) -> FloatArray:
 
 
 def _few(names: tuple[str, ...]) -> str:
-    return f"{len(names)} ({', '.join(names[:2])} ...)"
+    return f"{len(names)}, {names[0]} ... {names[-1]}"
 
 
 def _plain(value: object) -> object:

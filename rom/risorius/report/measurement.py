@@ -21,7 +21,6 @@ from risorius.snapshot_file import SnapshotSet, solve_seconds
 from risorius.training import single_actions
 
 FRAMES = 2000
-ALL = "all"
 UNKNOWN = OfflineCost(None, None, None)
 
 
@@ -59,7 +58,7 @@ def measure(
         rank=model.rank,
         vertices=len(model.rest_vertices),
         rows=tuple(
-            Row(one.name, one.family, kind, errors[one.name][kind], *times[kind][one.name], one.offline)
+            Row(one.name, one.method, one.family, kind, errors[one.name][kind], *times[kind][one.name], one.offline)
             for kind in inputs
             for one in candidates
         ),
@@ -74,7 +73,7 @@ def measure(
 
 def measure_times(model: ReducedModel, frames: int = FRAMES) -> Results:
     """The errors that the model file remembers, and times measured now: where the snapshots are absent."""
-    before = load()
+    before, stored = load(), {str(point.setting): point.errors for point in model.points}
     candidates = candidates_of(model, UNKNOWN, UNKNOWN)
     times = _times(candidates, model, made_up_inputs(model), frames)
     return Results(
@@ -82,13 +81,13 @@ def measure_times(model: ReducedModel, frames: int = FRAMES) -> Results:
         rank=model.rank,
         vertices=len(model.rest_vertices),
         rows=tuple(
-            Row(one.name, one.family, kind, errors, *times[one.name], one.offline)
+            Row(one.name, one.method, one.family, kind, errors, *times[one.name], one.offline)
             for one in candidates
-            for kind, errors in _stored_errors(model, one.name).items()
+            for kind, errors in stored[one.name].items()
         ),
         full={},
         frames=frames,
-        errors_from="not measured in this run: as training stored them in the model file, all held-out kinds together",
+        errors_from="not measured in this run: as training stored them in the model file",
         times_from="made-up inputs, three of four with one to four parameters at work, the others with all muscles",
         peers=False,
         machine=machine(before),
@@ -126,8 +125,3 @@ def _full_model(tried: Tried, anatomy: str | None, inputs: Mapping[str, FloatArr
     if anatomy is None:
         return {kind: stored_time(tried.path, tried.snapshots, kind) for kind in inputs}
     return {kind: measured_time(anatomy, tried.snapshots, rows) for kind, rows in inputs.items()}
-
-
-def _stored_errors(model: ReducedModel, name: str) -> Mapping[str, Errors]:
-    stored = model.accuracy[name]
-    return {ALL: Errors(stored.mean, stored.p95, stored.maximum, float("nan"), stored.relative, 0)}

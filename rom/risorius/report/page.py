@@ -11,7 +11,7 @@ from risorius.report.results import Results, Row, front
 from risorius.report.verdict import verdict
 
 COLUMNS = (
-    ("method", ""),
+    ("operating point", ""),
     ("mean", "mm"),
     ("95 %", "mm"),
     ("max", "mm"),
@@ -65,10 +65,10 @@ def _line(results: Results, row: Row, on_front: bool) -> str:
         _integer(full.seconds / row.frame.median) if full else NOT_KNOWN,
         *(NOT_KNOWN if value is None else _integer(value) for value in (cost.snapshots, cost.solves, cost.training)),
     )
-    number = results.methods.index(row.method) + 1
+    number = results.names.index(row.name) + 1
     swatch = f'<i style="background:{row.family.colour}"></i>'
     cells = "".join(f"<td>{figure}</td>" for figure in figures)
-    return f"<tr{' class=front' if on_front else ''}><th>{swatch}{number} {escape(row.method)}</th>{cells}</tr>"
+    return f"<tr{' class=front' if on_front else ''}><th>{swatch}{number} {escape(row.name)}</th>{cells}</tr>"
 
 
 def _us(seconds: float) -> str:

@@ -95,7 +95,7 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
             panel.plot([median], [error], color=row.family.colour, marker="_", markersize=8, zorder=3)
         panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=MARKER,
                    markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=layer)  # fmt: skip
-        panel.annotate(_number(results, row.method), (median, p95), ha="center", va="center", fontsize=8,
+        panel.annotate(_number(results, row.name), (median, p95), ha="center", va="center", fontsize=8,
                        color=_readable_on(row.family.colour), zorder=layer)  # fmt: skip
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
@@ -110,14 +110,14 @@ def _draw_front(panel: Any, points: Sequence[tuple[float, float]], end: float, t
 
 
 def _legend(figure: Any, results: Results, theme: Theme) -> None:
-    """Methods by number, with their families; then what the lines are."""
+    """Operating points by number, with their families; then what the lines are."""
     from matplotlib.lines import Line2D
 
-    methods = {row.method: row.family for row in results.rows}
+    families = {row.name: row.family for row in results.rows}
     handles = [
         Line2D([], [], color=family.colour, marker=family.marker, linestyle="", markersize=8,
-               label=f"{_number(results, method)}  {_named(method, family)}")
-        for method, family in methods.items()
+               label=f"{_number(results, name)}  {_described(name, family)}")
+        for name, family in families.items()
     ]  # fmt: skip
     handles.append(Line2D([], [], color=theme.ink, linewidth=1.0, label="Pareto front"))
     if results.full:
@@ -133,13 +133,13 @@ def _legend(figure: Any, results: Results, theme: Theme) -> None:
     )
 
 
-def _named(method: str, family: Family) -> str:
-    return method if family.name in method else f"{method}, {family.name}"
+def _described(name: str, family: Family) -> str:
+    return name if family.name in name else f"{name} ({family.name})"
 
 
-def _number(results: Results, method: str) -> str:
-    """Number of a method on the plot, as in its tables."""
-    return str(results.methods.index(method) + 1)
+def _number(results: Results, name: str) -> str:
+    """Number of an operating point, as in the tables."""
+    return str(results.names.index(name) + 1)
 
 
 def _readable_on(colour: str) -> str:

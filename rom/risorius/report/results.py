@@ -1,4 +1,4 @@
-"""All that was measured, as rows of one method on one held-out set each."""
+"""All that was measured, as rows of one operating point on one held-out set each."""
 
 from __future__ import annotations
 
@@ -14,8 +14,12 @@ from risorius.report.measuring import Times
 
 @dataclass(frozen=True)
 class Row:
-    """A method on a held-out set. coordinates: from parameters to coordinates; frame: on to the vertices."""
+    """An operating point, by its name, of a method on a held-out set.
 
+    coordinates: time from parameters to coordinates; frame: on to the vertices.
+    """
+
+    name: str
     method: str
     family: Family
     held_out: str
@@ -29,8 +33,8 @@ class Row:
 class Results:
     """A report before it has a form.
 
-    full: time of the full model for each held-out set where it is known. frames: timed for each method and set.
-    errors_from, times_from: in words, where the two come from. peers: whether other codes are among the methods.
+    full: time of the full model for each held-out set where it is known. frames: timed for each row.
+    errors_from, times_from: in words, where the two come from. peers: whether other codes are among them.
     """
 
     model: str
@@ -50,9 +54,9 @@ class Results:
         return tuple(dict.fromkeys(row.held_out for row in self.rows))
 
     @property
-    def methods(self) -> tuple[str, ...]:
-        """Names of the methods, in order: the plot numbers them."""
-        return tuple(dict.fromkeys(row.method for row in self.rows))
+    def names(self) -> tuple[str, ...]:
+        """Operating points, in order: plot and tables number them."""
+        return tuple(dict.fromkeys(row.name for row in self.rows))
 
     def of(self, held_out: str) -> tuple[Row, ...]:
         """Rows of one held-out set."""

@@ -12,7 +12,7 @@ from risorius.report.results import Results, Row, front
 
 
 def records(results: Results) -> list[dict[str, Any]]:
-    """One flat record for each method and held-out set; lengths in metres, times in seconds.
+    """One flat record for each operating point and held-out set; lengths in metres, times in seconds.
 
     front_coordinates, front_frame: on the Pareto front of the 95 % error against the median of that time.
     """
@@ -30,6 +30,7 @@ def records(results: Results) -> list[dict[str, Any]]:
 
 def _record(row: Row) -> dict[str, Any]:
     return {
+        "operating_point": row.name,
         "method": row.method,
         "family": row.family.name,
         "held_out": row.held_out,
@@ -68,6 +69,6 @@ def as_json(results: Results) -> str:
         "times_from": results.times_from,
         "full_model": {name: asdict(time) for name, time in results.full.items()},
         "machine": asdict(results.machine),
-        "methods": records(results),
+        "operating_points": records(results),
     }
     return json.dumps(content, indent=2)

@@ -1,8 +1,8 @@
-"""Sentences on where a simpler method wins, and where a method is of no use, from the figures alone."""
+"""Sentences on what is best, where a simpler method wins and which is of no use, from the figures alone."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from risorius.report.results import Results, Row
 
@@ -14,48 +14,56 @@ MEASURES = {"mean": "mean", "95 %": "p95", "largest": "maximum"}
 
 
 def verdict(results: Results) -> list[str]:
-    """For every held-out set: what is most accurate, which simpler methods win over which, what is beaten in both."""
+    """For every held-out set: what is most accurate, which simpler methods win, which are beaten in error and time."""
     sentences = []
     for held_out in results.sets:
         rows = results.of(held_out)
-        sentences.append(_best(rows, results))
-        sentences += _simpler_wins(rows)
-        sentences += _beaten(rows)
+        methods = _one_of_each(rows)
+        found = [_best(rows, results), *_simpler_wins(methods), *_beaten(methods)]
+        sentences += [f"{held_out[:1].upper()}{held_out[1:]} input: {text}" for text in found]
     return sentences
 
 
-def _best(rows: tuple[Row, ...], results: Results) -> str:
+def _one_of_each(rows: Sequence[Row]) -> list[Row]:
+    """For each method the fastest operating point that is as good as its best."""
+    found = []
+    for method in dict.fromkeys(row.method for row in rows):
+        own = [row for row in rows if row.method == method]
+        least = min(row.errors.p95 for row in own)
+        enough = [row for row in own if row.errors.p95 <= SAME_ERROR * least]
+        found.append(min(enough, key=lambda row: row.frame.median))
+    return found
+
+
+def _best(rows: Sequence[Row], results: Results) -> str:
     best = min(rows, key=lambda row: row.errors.p95)
     text = (
-        f"{_capital(best.held_out)} input: {best.method} is the most accurate, 95 % of the vertices within "
-        f"{_mm(best.errors.p95)} mm, in {_us(best.frame.median)} µs a frame"
+        f"most accurate is {best.name}, with 95 % of the vertices within {_mm(best.errors.p95)} mm, "
+        f"in {_us(best.frame.median)} µs a frame"
     )
     full = results.full.get(best.held_out)
-    return (
-        f"{text}, {_count(full.seconds / best.frame.median)} times as fast as the full model." if full else f"{text}."
-    )
+    if full is None:
+        return f"{text}."
+    return f"{text}; the full model takes {_count(full.seconds / best.frame.median)} times as long."
 
 
-def _simpler_wins(rows: tuple[Row, ...]) -> Iterator[str]:
-    """One sentence for each method that a simpler one does not lose to in some measure, while it is not slower."""
+def _simpler_wins(rows: Sequence[Row]) -> Iterator[str]:
+    """One sentence for each method that a simpler one, not slower, does not lose to in some measure."""
     for row in rows:
         simpler = [one for one in rows if one.family.simplicity < row.family.simplicity and _not_slower(one, row)]
-        won = {one.method: [name for name, field in MEASURES.items() if _as_good(one, row, field)] for one in simpler}
+        won = {one.name: [name for name, field in MEASURES.items() if _as_good(one, row, field)] for one in simpler}
         if not any(won.values()):
             continue
-        winner = max(simpler, key=lambda one: len(won[one.method]))
-        measures = _listed(won[winner.method])
+        winner = max(simpler, key=lambda one: len(won[one.name]))
         yield (
-            f"{_capital(row.held_out)} input: a simpler method wins: {winner.method} is as fast as {row.method} or "
-            f"faster, and no worse in the {measures} error "
-            f"(mean {_mm(winner.errors.mean)} against {_mm(row.errors.mean)} mm, "
-            f"95 % {_mm(winner.errors.p95)} against {_mm(row.errors.p95)}, "
-            f"largest {_mm(winner.errors.maximum)} against {_mm(row.errors.maximum)})."
+            f"a simpler method wins: {winner.name}, not slower than {row.name}, is no worse in the "
+            f"{_listed(won[winner.name])} error (mean {_against(winner, row, 'mean')} mm, "
+            f"95 % {_against(winner, row, 'p95')}, largest {_against(winner, row, 'maximum')})."
         )
 
 
-def _beaten(rows: tuple[Row, ...]) -> Iterator[str]:
-    """One sentence for each method that another, no simpler one beats in 95 % error and in time."""
+def _beaten(rows: Sequence[Row]) -> Iterator[str]:
+    """One sentence for each method that another, which is not simpler, beats in 95 % error and in time."""
     for row in rows:
         better = [
             one
@@ -67,9 +75,8 @@ def _beaten(rows: tuple[Row, ...]) -> Iterator[str]:
         if better:
             one = min(better, key=lambda found: found.errors.p95)
             yield (
-                f"{_capital(row.held_out)} input: {one.method} beats {row.method} in error and time, "
-                f"95 % {_mm(one.errors.p95)} against {_mm(row.errors.p95)} mm in "
-                f"{_us(one.frame.median)} against {_us(row.frame.median)} µs a frame."
+                f"{one.name} beats {row.name} in error and time, 95 % {_against(one, row, 'p95')} mm "
+                f"in {_us(one.frame.median)} against {_us(row.frame.median)} µs a frame."
             )
 
 
@@ -81,12 +88,12 @@ def _as_good(one: Row, other: Row, field: str) -> bool:
     return bool(getattr(one.errors, field) <= SAME_ERROR * getattr(other.errors, field))
 
 
-def _listed(names: list[str]) -> str:
+def _against(one: Row, other: Row, field: str) -> str:
+    return f"{_mm(getattr(one.errors, field))} against {_mm(getattr(other.errors, field))}"
+
+
+def _listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-
-
-def _capital(name: str) -> str:
-    return name[:1].upper() + name[1:]
 
 
 def _mm(metres: float) -> str:
@@ -98,4 +105,5 @@ def _us(seconds: float) -> str:
 
 
 def _count(number: float) -> str:
+    """Two digits: more would not come out again."""
     return f"{float(f'{number:.2g}'):,.0f}".replace(",", " ")
