@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
-from risorius.snapshot_file import SnapshotSet
 from risorius_offline.anatomy import load_source
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.equilibrium import EquilibriumSolver
 
 
-def timed_solves(source: str, snapshots: SnapshotSet, parameters: FloatArray) -> FloatArray:
-    """Seconds (k,) of solves from rest to parameters (k, p), with the effects of the snapshots; set-up is not counted.
+def timed_solves(source: str, provenance: Mapping[str, Any], parameters: FloatArray) -> FloatArray:
+    """Seconds (k,) of solves from rest to parameters (k, p), as the snapshots of this provenance were solved.
 
-    Raises InputError when the source is not the anatomy of the snapshots, NotConvergedError as the solver does.
+    Set-up is not counted. Raises InputError when the source is not the anatomy of the snapshots, NotConvergedError as the solver does.
     """
     anatomy = load_source(source)
-    if anatomy.checksum() != snapshots.provenance.get("anatomy"):
+    if anatomy.checksum() != provenance.get("anatomy"):
         raise InputError(f"{source}: is not the anatomy of the snapshots; give the one that they were solved with")
-    solver = EquilibriumSolver(_effects(snapshots).model(anatomy))
+    solver = EquilibriumSolver(_effects(provenance).model(anatomy))
     solver.solve(0.1 * parameters[0])  # compiles the kernels
     seconds = np.empty(len(parameters))
     for row, wanted in enumerate(parameters):
@@ -33,8 +34,7 @@ def timed_solves(source: str, snapshots: SnapshotSet, parameters: FloatArray) ->
     return seconds
 
 
-def _effects(snapshots: SnapshotSet) -> EffectChoice:
-    stored = snapshots.provenance
+def _effects(stored: Mapping[str, Any]) -> EffectChoice:
     gravity = stored["effect_gravity"]
     return EffectChoice(
         contact=ContactChoice(stored["effect_contact"]),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from risorius.snapshot_file import SnapshotSet, solve_seconds
 ENTRY_POINT = "risorius.full_model"
 SOLVES = 2  # of each held-out set
 
-TimedSolves: TypeAlias = Callable[[str, SnapshotSet, FloatArray], FloatArray]
-"""Source of the anatomy, snapshots it must be that of, parameters (k, p) -> seconds by the clock (k,)."""
+TimedSolves: TypeAlias = Callable[[str, Mapping[str, Any], FloatArray], FloatArray]
+"""Source of the anatomy, provenance of its snapshots, parameters (k, p) -> seconds by the clock (k,)."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,11 @@ def stored_time(path: Path, snapshots: SnapshotSet, kind: str) -> FullModelTime:
     return FullModelTime(seconds, f"not measured in this run: CPU seconds stored with {rows.sum()} snapshots")
 
 
-def measured_time(source: str, snapshots: SnapshotSet, parameters: FloatArray) -> FullModelTime:
+def measured_time(source: str, provenance: Mapping[str, Any], parameters: FloatArray) -> FullModelTime:
     """Time of a few solves from rest, now. Raises MissingExtraError without the offline part."""
     found = tuple(entry_points(group=ENTRY_POINT))
     if not found:
         raise MissingExtraError("solving the full model", "offline", "risorius_offline")
     timed_solves: TimedSolves = found[0].load()
-    seconds = timed_solves(source, snapshots, parameters[: min(SOLVES, len(parameters))])
+    seconds = timed_solves(source, provenance, parameters[:SOLVES])
     return FullModelTime(float(np.median(seconds)), f"measured in this run: {len(seconds)} solves from rest")

@@ -124,4 +124,4 @@ def _offline_costs(model: ReducedModel, tried: Tried) -> tuple[OfflineCost, Offl
 def _full_model(tried: Tried, anatomy: str | None, inputs: Mapping[str, FloatArray]) -> dict[str, FullModelTime]:
     if anatomy is None:
         return {kind: stored_time(tried.path, tried.snapshots, kind) for kind in inputs}
-    return {kind: measured_time(anatomy, tried.snapshots, rows) for kind, rows in inputs.items()}
+    return {kind: measured_time(anatomy, tried.snapshots.provenance, rows) for kind, rows in inputs.items()}
