@@ -19,7 +19,8 @@ from risorius_offline.equilibrium import EquilibriumSolver
 def timed_solves(source: str, provenance: Mapping[str, Any], parameters: FloatArray) -> FloatArray:
     """Seconds (k,) of solves from rest to parameters (k, p), as the snapshots of this provenance were solved.
 
-    Set-up is not counted. Raises InputError when the source is not the anatomy of the snapshots, NotConvergedError as the solver does.
+    Set-up is not counted. Raises InputError when the source is not the anatomy of the snapshots, NotConvergedError as
+    the solver does.
     """
     anatomy = load_source(source)
     if anatomy.checksum() != provenance.get("anatomy"):

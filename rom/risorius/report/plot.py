@@ -12,7 +12,7 @@ from risorius.report.candidates import Family
 from risorius.report.results import Results, Row, front
 
 FULL = "#D55E00"
-MARKER = 13.0  # points: a number fits in
+MARKER = 11.0  # points: a number fits in
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def draw(results: Results, theme: Theme, kind: str) -> bytes:
                 "axes.facecolor": theme.paper, "axes.titlesize": 10}  # fmt: skip
     with rc_context(settings):
         columns = len(results.sets)
-        figure = Figure(figsize=(1.0 + 4.7 * columns, 8.0), facecolor=theme.paper, layout="constrained")
+        figure = Figure(figsize=(1.0 + 6.0 * columns, 9.5), facecolor=theme.paper, layout="constrained")
         panels = figure.subplots(len(AXES), columns, sharey=True, sharex="row", squeeze=False)
         for panel_row, axis in zip(panels, AXES, strict=True):
             for panel, held_out in zip(panel_row, results.sets, strict=True):
@@ -89,13 +89,12 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     for layer, row in enumerate(rows, start=4):
         median, p99 = (1e6 * time for time in axis.seconds(row))
         mean, p95, largest = 1e3 * row.errors.mean, 1e3 * row.errors.p95, 1e3 * row.errors.maximum
-        panel.plot([median, median], [mean, largest], color=row.family.colour, linewidth=1.2, zorder=3)
-        panel.plot([median, p99], [p95, p95], color=row.family.colour, linewidth=1.2, linestyle=":", zorder=3)
-        for error in (mean, largest):
-            panel.plot([median], [error], color=row.family.colour, marker="_", markersize=8, zorder=3)
+        faint: dict[str, Any] = {"color": row.family.colour, "linewidth": 1.0, "alpha": 0.6, "zorder": 3}
+        panel.plot([median, median], [mean, largest], marker="_", markersize=7, **faint)
+        panel.plot([median, p99], [p95, p95], linestyle=":", **faint)
         panel.plot([median], [p95], color=row.family.colour, marker=row.family.marker, markersize=MARKER,
                    markeredgecolor=theme.paper, markeredgewidth=0.8, zorder=layer)  # fmt: skip
-        panel.annotate(_number(results, row.name), (median, p95), ha="center", va="center", fontsize=8,
+        panel.annotate(_number(results, row.name), (median, p95), ha="center", va="center", fontsize=7,
                        color=_readable_on(row.family.colour), zorder=layer)  # fmt: skip
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
