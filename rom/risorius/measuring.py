@@ -18,16 +18,18 @@ from risorius.timing import frame_seconds
 FRAMES = 320
 
 
-def settings(rank: int) -> list[Setting]:
-    """Return what training measures for a model of so many modes; a further setting is one line here.
+def settings(model: ReducedModel) -> list[Setting]:
+    """Return what training measures, of evaluators that the model has; a further setting is one line here.
 
     Fewer modes are cheaper to evaluate and to add up; where others err most, they would save next to nothing.
     """
-    return [
+    rank = model.rank - model.lifts
+    wanted = [
         Setting(Superposition.name, rank),
         Setting(PolynomialMap.name, rank),
         *(Setting(RationalMap.name, kept) for kept in dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1)))),
     ]
+    return [setting for setting in wanted if setting.method in model.evaluators]
 
 
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:
