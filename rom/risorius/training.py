@@ -81,7 +81,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         colours=surface.colours,
         companions=snapshots.companions,
     )
-    return replace(model, points=measured(model, HeldOut.of(snapshots), settings(len(modal.modes))))
+    return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
 
 
 def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import h5py
 
+from risorius.evaluators.corrected import CorrectedMap
 from risorius.evaluators.polynomial import PolynomialMap
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
@@ -38,4 +39,4 @@ class Evaluator(Protocol):
         ...
 
 
-EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap)}
+EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap, CorrectedMap)}

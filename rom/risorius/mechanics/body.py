@@ -5,8 +5,9 @@ Snapshots keep the body of their face, so that reduced models can be trained wit
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -84,12 +85,8 @@ class Body:
 
     def write(self, group: h5py.Group) -> None:
         """Store all tables."""
-        for name in ("passive", "walls"):
-            for number, table in enumerate(getattr(self, name)):
-                stored = group.create_group(f"{name}/{number}")
-                for item in fields(table):
-                    values = getattr(table, item.name)
-                    stored.create_dataset(item.name, data=values, compression="gzip", compression_opts=1, shuffle=True)
+        write_tables(group, "passive", self.passive)
+        write_tables(group, "walls", self.walls)
         storage.write_sparse(group.create_group("active"), self.active)
         storage.write_sparse(group.create_group("dead_loads"), self.dead_loads)
         group["prescribed"] = self.prescribed
@@ -98,14 +95,24 @@ class Body:
     def read(cls, group: h5py.Group) -> Body:
         """Load what `write` stored."""
         return cls(
-            passive=tuple(PassiveElements(**table) for table in _tables(group, "passive")),
-            walls=tuple(WallCells(**table) for table in _tables(group, "walls")),
+            passive=tuple(PassiveElements(**table) for table in read_tables(group, "passive")),
+            walls=tuple(WallCells(**table) for table in read_tables(group, "walls")),
             active=storage.read_sparse(group["active"]),
             dead_loads=storage.read_sparse(group["dead_loads"]),
             prescribed=group["prescribed"][()],
         )
 
 
-def _tables(group: h5py.Group, name: str) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
+def write_tables(group: h5py.Group, name: str, tables: Sequence[PassiveElements | WallCells]) -> None:
+    """Store tables, numbered, in a group of that name."""
+    for number, table in enumerate(tables):
+        stored = group.create_group(f"{name}/{number}")
+        for item in fields(table):
+            values = getattr(table, item.name)
+            stored.create_dataset(item.name, data=values, compression="gzip", compression_opts=1, shuffle=True)
+
+
+def read_tables(group: h5py.Group, name: str) -> Iterator[dict[str, npt.NDArray[Any]]]:
+    """Load the fields of what `write_tables` stored."""
     for number in range(len(group.get(name, ()))):
         yield {key: values[()] for key, values in group[f"{name}/{number}"].items()}
