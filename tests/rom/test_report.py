@@ -14,16 +14,18 @@ from tests.rom.test_training import made_up_snapshots
 
 from risorius.accuracy import Errors
 from risorius.commands.report import report, snapshots_beside
-from risorius.errors import Error, InputError
+from risorius.errors import Error, InputError, MissingExtraError
 from risorius.inputs import InputTable
-from risorius.report import measurement
+from risorius.report import files, full_model, measurement
 from risorius.report.candidates import BLENDSHAPES, MAPS, PHYSICS, Candidate, Family, OfflineCost
 from risorius.report.files import write
 from risorius.report.full_model import FullModelTime
 from risorius.report.machine import Machine
 from risorius.report.measurement import Tried, measure, measure_times
 from risorius.report.measuring import Times, in_turn
+from risorius.report.page import page
 from risorius.report.results import Results, Row, front
+from risorius.report.table import records
 from risorius.report.verdict import verdict
 from risorius.snapshot_file import SnapshotSet
 from risorius.snapshot_store import Samples, Solved, create, opened
@@ -154,15 +156,43 @@ def test_full_model_takes_what_the_snapshots_remember_unless_solved_anew(results
     assert full.origin == "not measured in this run: CPU seconds stored with 5 snapshots"
 
 
-def test_without_snapshots_errors_are_the_stored_ones_and_the_page_says_so(face, tmp_path):
+class Installed:
+    """An entry point to a full model that takes a second for each muscle at work."""
+
+    def load(self):
+        return lambda source, provenance, parameters: (parameters != 0.0).sum(axis=1).astype(float)
+
+
+def test_full_model_is_solved_in_the_run_where_the_offline_part_offers_it(face, monkeypatch):
+    monkeypatch.setattr(full_model, "entry_points", lambda group: {"risorius.full_model": [Installed()]}[group])
+    _, path, model = face
+    full = measure(model, Tried.of(path, model), "face.h5", frames=FRAMES).full["ordinary"]
+    assert (full.seconds, full.origin) == (5.0, "measured in this run: 2 solves from rest")
+
+
+def test_full_model_without_the_offline_part_names_the_extra(monkeypatch):
+    monkeypatch.setattr(full_model, "entry_points", lambda group: [])
+    with pytest.raises(MissingExtraError, match=r"risorius\[offline\]"):
+        full_model.measured_time("face.h5", {}, np.zeros((1, 5)))
+
+
+def test_cost_of_solves_is_unknown_when_the_file_has_grown_since_training(face):
+    _, path, model = face
+    before = replace(model, provenance={**model.provenance, "snapshots": 7})
+    cost = next(row.offline for row in measure(before, Tried.of(path, model), frames=FRAMES).rows if row.family is MAPS)
+    assert (cost.snapshots, cost.solves) == (7, None)
+
+
+def test_without_snapshots_errors_are_the_stored_ones_and_the_page_says_so(face):
     model = face[2]
-    write(measure_times(model, frames=FRAMES), tmp_path / "report")
-    rows = table(tmp_path / "report")
+    found = measure_times(model, frames=FRAMES)
     for one in model.points:
-        assert float(point(rows, str(one.setting), "strong")["error_max_m"]) == one.errors["strong"].maximum
-    page = (tmp_path / "report" / "index.html").read_text()
-    assert "not measured in this run: as training stored them in the model file" in page
-    assert "neither measured nor known: the snapshots were not at hand" in page
+        row = point(records(found), str(one.setting), "strong")
+        assert row["error_max_m"] == one.errors["strong"].maximum
+        assert row["solves_cpu_s"] is None
+    text = page(found, b"", b"")
+    assert "not measured in this run: as training stored them in the model file" in text
+    assert "neither measured nor known: the snapshots were not at hand" in text
 
 
 def test_front_keeps_what_nothing_beats():
@@ -176,7 +206,9 @@ def row(name, family, time, p95, **others):
 
 
 def made_up_results(*rows, full=None):
-    return Results("face", 5, 40, rows, full or {}, 10, "here", "here", False, Machine("x", 2, 0.1, 0.1, "today", {}))
+    return Results(
+        "face", 5, 40, rows, full or {}, 10, "here", "here", False, Machine("x", 2, "1", 0.1, 0.1, "today", {})
+    )
 
 
 def test_verdict_says_that_a_simpler_method_wins_where_it_does():
@@ -213,26 +245,37 @@ def test_page_needs_nothing_from_outside(folder):
         def handle_starttag(self, tag, attrs):
             self.found += tuple(value for name, value in attrs if name in ("src", "srcset", "href", "action", "data"))
 
-    page = (folder / "index.html").read_text()
+    text = (folder / "index.html").read_text()
     addresses = Addresses()
-    addresses.feed(page)
+    addresses.feed(text)
     assert len(addresses.found) == 2  # the plot, for light and for dark
     assert all(address.startswith("data:image/svg+xml;base64,") for address in addresses.found)
-    assert not re.search(r"url\(|@import|<script|<link", page)
+    assert not re.search(r"url\(|@import|<script|<link", text)
     assert not re.search(r'href="(?!#)', (folder / "accuracy.svg").read_text())
 
 
-def test_page_escapes_names(results, tmp_path):
-    write(replace(results, model="<b>face</b> & co"), tmp_path / "report")
-    page = (tmp_path / "report" / "index.html").read_text()
-    assert "&lt;b&gt;face&lt;/b&gt; &amp; co" in page and "<b>face" not in page
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_shows_its_plot_and_asks_for_nothing_else(folder, chromium, scheme):
+    tab = chromium.new_page(color_scheme=scheme)
+    asked: list[str] = []
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto((folder / "index.html").as_uri())
+    assert tab.evaluate("() => document.querySelector('img').naturalWidth") > 500
+    assert [url for url in asked if not url.startswith("data:")] == [(folder / "index.html").as_uri()]
+    tab.close()
+
+
+def test_page_escapes_names(results):
+    text = page(replace(results, model="<b>face</b> & co"), b"", b"")
+    assert "&lt;b&gt;face&lt;/b&gt; &amp; co" in text and "<b>face" not in text
 
 
 def test_page_says_what_was_measured_where(folder):
-    page = (folder / "index.html").read_text()
-    assert "measured in this run on 20 held-out snapshots of face.snapshots.h5" in page
-    assert "CPU seconds stored with 5 snapshots" in page
-    assert "not measured in this run; benchmarks/reduced_model_peers.py adds them" in page
+    text = (folder / "index.html").read_text()
+    assert "measured in this run on 20 held-out snapshots of face.snapshots.h5" in text
+    assert "CPU seconds stored with 5 snapshots" in text
+    assert "not measured in this run; benchmarks/reduced_model_peers.py adds them" in text
 
 
 def test_all_files_are_written_and_nothing_else_is_left(folder):
@@ -246,6 +289,7 @@ def test_a_full_disk_leaves_the_report_that_was_there(results, folder, monkeypat
         self.touch()
         raise OSError(28, "No space left on device")
 
+    monkeypatch.setattr(files, "draw", lambda *_: b"another picture")
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
     with pytest.raises(Error, match=r"could not be written .*No space left"):
         write(results, folder)

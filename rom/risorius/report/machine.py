@@ -9,15 +9,20 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+THREADS = "OPENBLAS_NUM_THREADS"
 PACKAGES = ("risorius", "numpy", "scipy", "numba", "ezyrb", "torch", "pymor")
 
 
 @dataclass(frozen=True)
 class Machine:
-    """load_before, load_after: mean number of running processes over the last minute. date: UTC."""
+    """load_before, load_after: mean number of running processes over the last minute. date: UTC.
+
+    threads: what the environment allows to BLAS; our own kernels have one.
+    """
 
     processor: str
     cores: int
+    threads: str
     load_before: float
     load_after: float
     date: str
@@ -34,6 +39,7 @@ def machine(load_before: float) -> Machine:
     return Machine(
         processor=_processor(),
         cores=os.cpu_count() or 1,
+        threads=os.environ.get(THREADS, "not limited"),
         load_before=load_before,
         load_after=load(),
         date=time.strftime("%Y-%m-%d %H:%M", time.gmtime()),

@@ -113,10 +113,11 @@ def _times(
 
 def _offline_costs(model: ReducedModel, tried: Tried) -> tuple[OfflineCost, OfflineCost]:
     """Of the model, and of superposition, which needs no more than the single actions."""
-    seconds = solve_seconds(tried.path)
+    seconds, trained = solve_seconds(tried.path), model.provenance.get("snapshots")
     used, singles = seconds[~tried.snapshots.held_out], seconds[single_actions(tried.snapshots)]
+    grown = len(used) != trained  # since the model was trained: which snapshots it knew is not recorded
     return (
-        OfflineCost(len(used), float(used.sum()), model.provenance.get("training_cpu_seconds")),
+        OfflineCost(trained, None if grown else float(used.sum()), model.provenance.get("training_cpu_seconds")),
         OfflineCost(len(singles), float(singles.sum()), None),
     )
 

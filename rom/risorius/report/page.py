@@ -94,6 +94,7 @@ def _origins(results: Results) -> list[tuple[str, str]]:
             for name, time in results.full.items()
         ),
         ("machine", f"{own.processor}, {own.cores} cores, {own.date} UTC"),
+        ("threads", f"one; of BLAS: {own.threads}"),
         ("load", f"{own.load_before:.1f} before, {own.load_after:.1f} after, processes{waiting}"),
         ("versions", ", ".join(f"{name} {number}" for name, number in own.versions.items())),
     ]
