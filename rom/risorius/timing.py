@@ -12,7 +12,7 @@ from risorius.model import ReducedModel
 from risorius.pipeline import Pipeline
 
 ROUND = 8  # frames of one pipeline after each other: caches are as warm as in use
-SHARE, MARGIN = 0.75, 1.6
+SHARE, MARGIN = 0.75, 2.0
 
 
 def frame_seconds(
