@@ -43,7 +43,7 @@ def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
 
 
 def cautious(seconds: FloatArray) -> FloatArray:
-    """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): a quantile with a margin.
+    """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): SHARE of them take MARGIN times less.
 
     The longest of few frames would tell more of what else the machine did meanwhile.
     """
