@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, field_validator
 
 from risorius.errors import InputError
@@ -64,12 +63,12 @@ def choose(offers: Sequence[Offer], budget: Budget) -> Choice:
     Time comes first: where none keeps it, the fastest is taken, and where none in time meets the error, the most
     accurate of those.
     """
-    seconds = np.array([offer.seconds for offer in offers])
-    in_time = np.flatnonzero(seconds <= (math.inf if budget.time is None else budget.time))
-    if not len(in_time):
-        return Choice(int(seconds.argmin()), met=False)
+    numbers = range(len(offers))
+    in_time = [k for k in numbers if budget.time is None or offers[k].seconds <= budget.time]
+    if not in_time:
+        return Choice(min(numbers, key=lambda k: offers[k].seconds), met=False)
     if budget.error is not None:
         enough = [k for k in in_time if offers[k].frame_error <= budget.error]
         if enough:
-            return Choice(int(min(enough, key=lambda k: offers[k].seconds)), met=True)
-    return Choice(int(min(in_time, key=lambda k: offers[k].p95)), met=budget.error is None)
+            return Choice(min(enough, key=lambda k: offers[k].seconds), met=True)
+    return Choice(min(in_time, key=lambda k: offers[k].p95), met=budget.error is None)

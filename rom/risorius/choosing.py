@@ -11,7 +11,7 @@ from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import cautious, frame_seconds
 
-FRAMES = 32
+FRAMES = 64
 UNASKED = Budget(time=1e-3)
 """What an engine keeps to that was not given a budget."""
 

@@ -1,13 +1,12 @@
 """The error that every frame states: an upper bound of the largest distance of a vertex to the full model.
 
 Indicators that a frame has anyway are turned into a length by a product of powers, fitted to held-out snapshots, and
-raised until it covers new frames of each kind (conformal prediction with residuals out of fold, Vovk 2015).
+raised until it covers new frames (conformal prediction with residuals out of fold, Vovk 2015).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
@@ -44,16 +43,12 @@ class ErrorBound:
         return math.exp(logarithm) if logarithm < 700.0 else math.inf
 
     @classmethod
-    def fit(cls, indicators: FloatArray, errors: FloatArray, kinds: Sequence[str]) -> ErrorBound:
-        """Calibrate on indicators (h, 4), largest errors (h,), metres, and kinds of the h held-out snapshots.
-
-        Whatever kinds a user's input is of, and in whatever shares, it covers COVERAGE of it.
-        """
+    def fit(cls, indicators: FloatArray, errors: FloatArray) -> ErrorBound:
+        """Calibrate on the indicators (h, 4) and largest errors (h,), metres, of held-out snapshots."""
         logs = np.log1p(indicators / SMALLEST)
         targets = np.log(np.maximum(errors, LEAST_ERROR))
-        residuals = _out_of_fold(logs, targets)
-        shift = max(conformal_quantile(residuals[np.array(kinds) == kind]) for kind in set(kinds))
         exponents, constant = _powers(logs, targets)
+        shift = conformal_quantile(_out_of_fold(logs, targets))
         return cls(math.exp(constant + shift), tuple(float(one) for one in exponents))
 
 

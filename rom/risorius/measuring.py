@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from risorius.accuracy import HeldOut
 from risorius.error_bound import ErrorBound
-from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Setting, Superposition
+from risorius.evaluators import CorrectedMap, PolynomialMap, RationalMap, Setting, Superposition
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import frame_seconds
 
-STEPS = (1, 2)  # of a correction
-PARTS = (1, 2, 4)  # of the modes: fewer are cheaper to evaluate and to add up
 FRAMES = 320
+STEPS = (1, 2)  # of a correction
 
 
-def settings(evaluators: Mapping[str, Evaluator], rank: int) -> list[Setting]:
-    """Return what training measures for evaluators of so many modes; a further setting is one line here."""
-    ranks = dict.fromkeys(max(rank // part, 1) for part in PARTS)
-    wanted = [Setting(kind.name, kept) for kind in (Superposition, PolynomialMap, RationalMap) for kept in ranks]
-    corrected = evaluators.get(CorrectedMap.name)
+def settings(model: ReducedModel) -> list[Setting]:
+    """Return what training measures, of evaluators that the model has; a further setting is one line here.
+
+    Fewer modes are cheaper to evaluate and to add up; where others err most, they would save next to nothing.
+    """
+    rank = model.rank - model.lifts
+    wanted = [
+        Setting(Superposition.name, rank),
+        Setting(PolynomialMap.name, rank),
+        *(Setting(RationalMap.name, kept) for kept in dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1)))),
+    ]
+    corrected = model.evaluators.get(CorrectedMap.name)
     if isinstance(corrected, CorrectedMap):
         wanted += [Setting(CorrectedMap.name, rank, corrected.elements, steps) for steps in STEPS]
-    return wanted
+    return [setting for setting in wanted if setting.method in model.evaluators]
 
 
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:
@@ -48,7 +54,7 @@ def _point(model: ReducedModel, held: HeldOut, setting: Setting, way: Pipeline, 
         errors=held.by_kind(errors),
         overall=held.overall(errors),
         seconds=seconds,
-        bound=ErrorBound.fit(indicators, errors.max(axis=1).astype(np.float64), held.kinds),
+        bound=ErrorBound.fit(indicators, errors.max(axis=1).astype(np.float64)),
     )
 
 

@@ -177,6 +177,13 @@ def stored_settings(path: Path) -> Mapping[str, Any]:
         return dict(json.loads(file.attrs["settings"]))
 
 
+def solve_seconds(path: Path) -> FloatArray:
+    """CPU seconds (s,) that each of the solved snapshots of a file took. Raises InputError, FileFormatError."""
+    with reading(path) as file:
+        samples = file["samples"]
+        return np.asarray(samples["report"]["seconds"][samples["state"][()] == SOLVED])
+
+
 @contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
     """Open a snapshot file for reading, as its last commit left it.

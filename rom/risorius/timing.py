@@ -12,7 +12,7 @@ from risorius.model import ReducedModel
 from risorius.pipeline import Pipeline
 
 ROUND = 8  # frames of one pipeline after each other: caches are as warm as in use
-SHARE, MARGIN = 0.9, 1.5
+SHARE, MARGIN = 0.75, 2.0
 
 
 def frame_seconds(
@@ -43,7 +43,7 @@ def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
 
 
 def cautious(seconds: FloatArray) -> FloatArray:
-    """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): a quantile with a margin.
+    """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): SHARE of them take MARGIN times less.
 
     The longest of few frames would tell more of what else the machine did meanwhile.
     """

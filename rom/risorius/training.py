@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -45,7 +46,9 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
 
     Raises InputError when the snapshots lack what training needs.
     """
-    return train(snapshots, project(snapshots, rank))
+    begin = time.process_time()
+    model = train(snapshots, project(snapshots, rank))
+    return replace(model, provenance={**model.provenance, "training_cpu_seconds": time.process_time() - begin})
 
 
 def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
@@ -87,7 +90,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         colours=surface.colours,
         companions=snapshots.companions,
     )
-    return replace(model, points=measured(model, HeldOut.of(snapshots), settings(evaluators, len(modal.modes))))
+    return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
 
 
 def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData) -> SampledBody:

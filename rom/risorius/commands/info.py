@@ -64,17 +64,17 @@ def info(
 
 
 def _accuracy(model: ReducedModel) -> Table:
-    """Operating points by kind of held-out input."""
+    """Operating points, and the errors of each by kind of held-out input."""
     from rich.table import Table
 
-    table = Table(title=f"error against the full model, {model.provenance.get('held_out', '?')} held-out snapshots")
-    for column in ("operating point", "input"):
-        table.add_column(column)
-    for column in ("mean mm", "p95 mm", "max mm", "95 % of frames mm", "relative L2 %", "ms"):
+    table = Table(title=f"error against the full model, {model.provenance.get('held_out', '?')} held-out snapshots, mm")
+    table.add_column("operating point", no_wrap=True)
+    for column in ("mean", "p95", "max", "95 % of\nframes", "relative\nL2 %", "ms"):
         table.add_column(column, justify="right")
     for point in model.points:
+        table.add_row(str(point.setting), *[""] * 5, f"{1e3 * point.seconds.median:.3f}")
         for kind, found in point.errors.items():
             lengths = (found.mean, found.p95, found.maximum, found.frame)
-            figures = (*(1e3 * length for length in lengths), 1e2 * found.relative, 1e3 * point.seconds.median)
-            table.add_row(str(point.setting), kind, *(f"{figure:.3f}" for figure in figures))
+            figures = (*(1e3 * length for length in lengths), 100 * found.relative)
+            table.add_row(f"  {kind}", *(f"{figure:.3f}" for figure in figures))
     return table
