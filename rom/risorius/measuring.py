@@ -9,12 +9,13 @@ import numpy.typing as npt
 
 from risorius.accuracy import HeldOut
 from risorius.error_bound import ErrorBound
-from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
+from risorius.evaluators import CorrectedMap, PolynomialMap, RationalMap, Setting, Superposition
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import frame_seconds
 
+STEPS = (1, 2)  # of a correction
 FRAMES = 320
 
 
@@ -24,10 +25,13 @@ def settings(model: ReducedModel) -> list[Setting]:
     Fewer modes are cheaper to evaluate and to add up; where others err most, they would save next to nothing.
     """
     rank = model.rank - model.lifts
+    corrected = model.evaluators.get(CorrectedMap.name)
+    elements = corrected.elements if isinstance(corrected, CorrectedMap) else 0
     wanted = [
         Setting(Superposition.name, rank),
         Setting(PolynomialMap.name, rank),
         *(Setting(RationalMap.name, kept) for kept in dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1)))),
+        *(Setting(CorrectedMap.name, rank, elements, steps) for steps in STEPS),
     ]
     return [setting for setting in wanted if setting.method in model.evaluators]
 

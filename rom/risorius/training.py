@@ -12,14 +12,18 @@ from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
-from risorius.evaluators import Evaluator, PolynomialMap, RationalMap, Superposition
+from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
 from risorius.evaluators.observations import Observations, Reflection
+from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sample_body
 from risorius.jaw import FloatArray
 from risorius.measuring import measured, settings
+from risorius.mechanics.body import Body
 from risorius.modal import modal_derivatives, symmetric_pod
 from risorius.model import ReducedModel
 from risorius.snapshot_file import BLOCK, SnapshotSet
 from risorius.symmetry import mirror_of
+
+ELEMENTS = 400  # of the corrected map
 
 
 @dataclass(frozen=True)
@@ -59,11 +63,16 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         sizes=np.linalg.norm(actions, axis=1),
         reflection=modal.reflection,
     )
+    learned = RationalMap.fit(observations)
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(actions),
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
-        RationalMap.name: RationalMap.fit(observations),
+        RationalMap.name: learned,
     }
+    if snapshots.body is not None:
+        evaluators[CorrectedMap.name] = CorrectedMap(
+            learned, _sample(snapshots, snapshots.body, modal), snapshots.poses
+        )
     surface = snapshots.surface
     model = ReducedModel(
         name=snapshots.name,
@@ -79,6 +88,17 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         companions=snapshots.companions,
     )
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
+
+
+def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData) -> SampledBody:
+    """Reduce the physics of the face to few elements."""
+    used = ~snapshots.held_out
+    fields = np.concatenate([snapshots.lift_fields, modal.modes])
+    equilibria = Equilibria(
+        activations=snapshots.parameters[used, : len(snapshots.muscles)],
+        states=np.hstack([_lifts(snapshots), modal.coordinates])[used],
+    )
+    return sample_body(body, snapshots.points, fields, len(snapshots.lift_fields), equilibria, ELEMENTS)
 
 
 def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:

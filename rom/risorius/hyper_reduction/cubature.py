@@ -6,6 +6,7 @@ training states, so that the reduced energy stays a sum of energies of real elem
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -63,7 +64,7 @@ def choose(columns: npt.NDArray[np.float32], sizes: Sequence[int], count: int, t
     order = np.argsort(chosen)
     chosen, weights = chosen[order], weights[order]
     starts = np.concatenate([[0], np.cumsum(sizes)])
-    parts = [(chosen >= start) & (chosen < end) for start, end in zip(starts[:-1], starts[1:], strict=True)]
+    parts = [(chosen >= start) & (chosen < end) for start, end in itertools.pairwise(starts)]
     return Cubature(
         tuple(chosen[part] - start for part, start in zip(parts, starts[:-1], strict=True)),
         tuple(weights[part] for part in parts),

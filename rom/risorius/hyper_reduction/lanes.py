@@ -33,7 +33,7 @@ def relaxed_log_slopes(J):  # type: ignore[no-untyped-def]
 
 @compiled
 def gradient_at(u, slopes, F):  # type: ignore[no-untyped-def]
-    """Write the gradient (9, e) of a displacement u (3 a, e) at one point, from slopes (3 a, e) of the shape functions."""
+    """Write the gradient (9, e) at one point of a displacement u (3 a, e), with slopes (3 a, e) of shape functions."""
     F[:] = 0.0
     for a in range(0, len(u), 3):
         for i in range(3):

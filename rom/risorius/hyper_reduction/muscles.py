@@ -16,6 +16,8 @@ import scipy.sparse as sp
 from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body
 
+Floats = npt.NDArray[np.floating]
+
 _XX, _YY, _ZZ, _XY, _YZ, _ZX = range(6)
 _SYMMETRIC = np.array([[_XX, _XY, _ZX], [_XY, _YY, _YZ], [_ZX, _YZ, _ZZ]])
 
@@ -27,8 +29,8 @@ class ReducedMuscles:
     stiffness (m, r, r) and pull (m, r), joules per unit coordinates.
     """
 
-    stiffness: npt.NDArray[np.floating]
-    pull: npt.NDArray[np.floating]
+    stiffness: Floats
+    pull: Floats
 
     @classmethod
     def of(cls, body: Body, points: FloatArray, fields: FloatArray) -> ReducedMuscles:
@@ -44,7 +46,7 @@ class ReducedMuscles:
             pull[muscle] += np.einsum("inr,ni->r", pulled, points)
         return cls(stiffness, pull)
 
-    def combined(self, activations: FloatArray, stiffness: npt.NDArray, pull: npt.NDArray) -> None:  # type: ignore[type-arg]
+    def combined(self, activations: FloatArray, stiffness: Floats, pull: Floats) -> None:
         """Write the matrix (r, r) and the vector (r,) of all muscles at activations (m,)."""
         _combine(activations, self.stiffness, self.pull, stiffness, pull)
 

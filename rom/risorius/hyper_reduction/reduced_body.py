@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from risorius.hyper_reduction.cubature import node_components
 from risorius.hyper_reduction.lanes import compiled

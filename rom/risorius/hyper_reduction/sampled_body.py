@@ -25,6 +25,8 @@ Floats = npt.NDArray[np.floating]
 # Training states whose forces the elements have to give, and those whose mean stiffness is the metric.
 FORCE_STATES, STIFFNESS_STATES = 110, 6
 TOLERANCE = 1e-3  # of the forces: fewer elements than asked for will do where they miss no more
+# Random combinations of the modes that stand for all of a state (Johnson and Lindenstrauss 1984): less memory.
+COMBINATIONS = 64
 QUIET = 0.99
 
 
@@ -64,7 +66,7 @@ class SampledBody:
     @property
     def size(self) -> int:
         """Number of elements."""
-        return sum(len(table.weights) for table in (*self.passive, *self.walls))
+        return sum(len(table.weights) for table in self.passive) + sum(len(table.weights) for table in self.walls)
 
     def leading(self, rank: int) -> SampledBody:
         """Return the same with the leading modes only."""
@@ -111,11 +113,12 @@ def sample_body(
     muscles = ReducedMuscles.of(body, points, fields)
     whole = ReducedBody(terms, fields, lifts, muscles)
     stiffness = np.mean([_stiffness(whole, *one) for one in equilibria.some(STIFFNESS_STATES)], axis=0)
-    metric, modes = np.linalg.inv(stiffness), fields[lifts:]
-    columns = [
-        (element_forces(terms, np.tensordot(state, fields, axes=1), modes) @ metric).astype(np.float32)
-        for _, state in equilibria.some(FORCE_STATES)
-    ]
+    metric, modes, rng = np.linalg.inv(stiffness), fields[lifts:], np.random.default_rng(0)
+    columns = []
+    for _, state in equilibria.some(FORCE_STATES):
+        combined = metric @ rng.normal(size=(len(modes), COMBINATIONS)) if len(modes) > COMBINATIONS else metric
+        forces = element_forces(terms, np.tensordot(state, fields, axes=1), modes)
+        columns.append((forces @ combined).astype(np.float32))
     sizes = [len(term.connectivity) for term in terms]
     cubature = choose(np.concatenate(columns, axis=1), sizes, elements, TOLERANCE)
     sampled = _sampled(body, cubature, fields, lifts, muscles, stiffness)
@@ -135,7 +138,8 @@ def _sampled(
     chosen = list(zip(cubature.elements, cubature.weights, strict=True))
     passive = [table.weighted(*one) for table, one in zip(body.passive, chosen[:count], strict=True)]
     walls = [table.weighted(*one) for table, one in zip(body.walls, chosen[count:], strict=True)]
-    nodes = np.unique(np.concatenate([table.connectivity.ravel() for table in (*passive, *walls)]))
+    used = [table.connectivity.ravel() for table in passive] + [table.connectivity.ravel() for table in walls]
+    nodes = np.unique(np.concatenate(used))
     single = np.float32
     return SampledBody(
         passive=tuple(_renumbered(table, nodes) for table in passive if len(table.weights)),
