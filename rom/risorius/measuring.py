@@ -15,8 +15,8 @@ from risorius.operating_point import OperatingPoint, Seconds
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import frame_seconds
 
-FRAMES = 320
 STEPS = (1, 2)  # of a correction
+FRAMES = 320
 
 
 def settings(model: ReducedModel) -> list[Setting]:
@@ -25,14 +25,14 @@ def settings(model: ReducedModel) -> list[Setting]:
     Fewer modes are cheaper to evaluate and to add up; where others err most, they would save next to nothing.
     """
     rank = model.rank - model.lifts
+    corrected = model.evaluators.get(CorrectedMap.name)
+    elements = corrected.elements if isinstance(corrected, CorrectedMap) else 0
     wanted = [
         Setting(Superposition.name, rank),
         Setting(PolynomialMap.name, rank),
         *(Setting(RationalMap.name, kept) for kept in dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1)))),
+        *(Setting(CorrectedMap.name, rank, elements, steps) for steps in STEPS),
     ]
-    corrected = model.evaluators.get(CorrectedMap.name)
-    if isinstance(corrected, CorrectedMap):
-        wanted += [Setting(CorrectedMap.name, rank, corrected.elements, steps) for steps in STEPS]
     return [setting for setting in wanted if setting.method in model.evaluators]
 
 
