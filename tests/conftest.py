@@ -13,13 +13,26 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 import pytest
 
+from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
-from risorius.evaluators import PolynomialMap, Superposition
+from risorius.error_bound import ErrorBound
+from risorius.evaluators import PolynomialMap, Setting, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
-from risorius.model import Accuracy, ReducedModel
+from risorius.model import ReducedModel
+from risorius.operating_point import OperatingPoint, Seconds
 from risorius.poses import Poses
 from tests.published_face import published_face_folder
+
+
+def synthetic_point(setting: Setting, error: float, seconds: float) -> OperatingPoint:
+    """As if 95 % of strong frames were so far off, and ordinary ones two thirds of that."""
+    ordinary = Errors(0.1 * error, 0.3 * error, error, 2.0 * error / 3.0, 0.01, 30)
+    strong = Errors(0.2 * error, 0.5 * error, 2.0 * error, error, 0.02, 20)
+    bound = ErrorBound(scale=1e-6, exponents=(0.1, 0.5, 0.5, 0.0))
+    return OperatingPoint(
+        setting, {"ordinary": ordinary, "strong": strong}, strong, Seconds(seconds, 2.0 * seconds), bound
+    )
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +52,6 @@ def synthetic_model() -> ReducedModel:
     actions[2, 2:] = 0.1
     exponents = np.array([[0, -1, -1], [1, -1, -1], [2, -1, -1], [0, 1, -1]], dtype=np.int32)
     coefficients = np.vstack([actions[:3], [0.0, 0.0, 0.0, 0.0, 0.3, 0.3]])
-    accuracy = Accuracy(1e-5, 2e-5, 1e-4, 0.01, 1e-5, 1e-4, 0.95)
     return ReducedModel(
         name="synthetic",
         inputs=inputs,
@@ -48,7 +60,11 @@ def synthetic_model() -> ReducedModel:
         triangles=triangles.astype(np.int32),
         carried_basis=CarriedBasis.of_vertices(np.concatenate([jaw.unit_motions(rest), modes]).astype(np.float32)),
         evaluators={"superposition": Superposition(actions), "polynomial": PolynomialMap(exponents, coefficients)},
-        accuracy={"superposition": accuracy, "polynomial": accuracy},
+        points=(
+            synthetic_point(Setting("superposition", 6), error=5e-3, seconds=1e-5),
+            synthetic_point(Setting("polynomial", 3), error=2e-3, seconds=2e-5),
+            synthetic_point(Setting("polynomial", 6), error=1e-3, seconds=4e-5),
+        ),
         provenance={"anatomy": "synthetic"},
     )
 

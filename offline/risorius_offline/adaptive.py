@@ -12,6 +12,7 @@ from distributed import Client
 from risorius.committee import disagreement
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
+from risorius.operating_point import most_accurate
 from risorius.snapshot_file import SnapshotSet
 from risorius.snapshot_store import Samples, SnapshotStore
 from risorius.training import project, train
@@ -53,7 +54,7 @@ def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[S
     while True:
         snapshots = SnapshotSet.load(store.path)
         modal = project(snapshots, goal.rank)
-        error = train(snapshots, modal).accuracy["rational"].p95
+        error = most_accurate(train(snapshots, modal).points).overall.p95
         present = int((~store.held_out).sum())
         missing = goal.count - present
         if missing <= 0 or error <= goal.error:

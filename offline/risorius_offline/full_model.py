@@ -60,7 +60,7 @@ class FullModel:
         tensors = active_tensors(self.discretisation, points, self.muscle_count)
         self.tissue = Tissue(self.discretisation, anatomy.materials, tensors * self._fibres_in_tissue, mean_dilatation)
         self.walls = walls(self.discretisation, anatomy.materials) if walled else ()
-        self._dead_loads = dead_loads(self.discretisation, anatomy.muscles)
+        self.dead_loads = dead_loads(self.discretisation, anatomy.muscles)
         self._unit_motions = anatomy.unit_motions()
         prescribed = anatomy.prescribed
         self.set_parameters(np.zeros(len(anatomy.inputs.parameters)))
@@ -76,7 +76,7 @@ class FullModel:
         """Make muscle activations (the leading parameters) and pose weights act in all later calls."""
         self._activations = parameters[: self.muscle_count]
         self.tissue.set_activations(self._activations)
-        self._dead_load = DeadLoad((self._dead_loads @ self._activations).reshape(-1, 3))
+        self._dead_load = DeadLoad((self.dead_loads @ self._activations).reshape(-1, 3))
         for effect in self.effects:
             effect.set_parameters(parameters)
 
@@ -180,7 +180,7 @@ class FullModel:
 
     def muscle_forces(self, u: FloatArray) -> FloatArray:
         """(3 n, muscles) derivatives of the forces at u by the activations, newtons at full activation."""
-        return self.fibres.muscle_forces(u) - self._dead_loads
+        return self.fibres.muscle_forces(u) - self.dead_loads
 
     @cached_property
     def lift_fields(self) -> FloatArray:

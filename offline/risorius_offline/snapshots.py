@@ -17,6 +17,7 @@ from risorius.snapshot_file import SOLVED, Face
 from risorius.snapshot_store import Samples, SnapshotStore, create, opened
 from risorius.storage import require_folder_of
 from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.body import body_of
 from risorius_offline.cluster import ModelOnWorker
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.full_model import FullModel
@@ -50,6 +51,7 @@ class FullModelChoice:
             companions=self.anatomy.companions,
             nodal_volumes=model.discretisation.nodal_volumes,
             lift_fields=model.lift_fields,
+            body=None if self.effects.force_length else body_of(model),
         )
 
 

@@ -30,21 +30,21 @@ class Tissue:
         mean_dilatation: bool,
     ) -> None:
         self.discretisation = discretisation
-        self._active_tensors = active_tensors
+        self.active_tensors = active_tensors
         self.mean_dilatation = mean_dilatation
         by_layer = np.array([material.coefficients for material in materials])
-        coefficients = [by_layer[block.cells.layer] for block in discretisation.volumes]
-        coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in discretisation.films]
+        self.coefficients = [by_layer[block.cells.layer] for block in discretisation.volumes]
+        self.coefficients += [by_layer[block.cells.layer] * BARRIER_ONLY for block in discretisation.films]
         self._active = [np.zeros((*block.weights.shape, 6)) for block in discretisation.blocks]
         # What every kernel takes after the displacement, block by block; `set_activations` fills the active tensors.
         self._integrands = [
             (block.cells.connectivity, block.gradients, block.weights, *fields)
-            for block, *fields in zip(discretisation.blocks, coefficients, self._active, strict=True)
+            for block, *fields in zip(discretisation.blocks, self.coefficients, self._active, strict=True)
         ]
 
     def set_activations(self, activations: FloatArray) -> None:
         """Make muscle activations (m,) act in all later calls."""
-        stress = self._active_tensors @ activations
+        stress = self.active_tensors @ activations
         start = 0
         for active in self._active[: len(self.discretisation.volumes)]:
             active[:] = stress[start : start + active.size].reshape(active.shape)

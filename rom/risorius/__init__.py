@@ -3,6 +3,7 @@
 from importlib.metadata import version
 
 from risorius import arkit, intensities, openface
+from risorius.budget import Budget
 from risorius.engine import Engine, Frame
 from risorius.errors import Error, FileFormatError, InputError, MissingExtraError, SolverError
 from risorius.model import ReducedModel, load
@@ -11,6 +12,7 @@ from risorius.scene import Scene
 __version__ = version("risorius")
 
 __all__ = [
+    "Budget",
     "Engine",
     "Error",
     "FileFormatError",

@@ -46,6 +46,10 @@ class CarriedBasis:
     def __len__(self) -> int:
         return len(self.fields)
 
+    def leading(self, count: int) -> CarriedBasis:
+        """Basis of the first fields only."""
+        return CarriedBasis(self.fields[:count], self.weights)
+
     def at_vertices(self) -> npt.NDArray[np.float32]:
         """(r, n, 3): fields of the vertices themselves."""
         result = np.empty((len(self), self.weights.shape[0], 3), np.float32)

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from risorius.budget import Budget
+from risorius.choosing import taken
 from risorius.errors import InputError
-from risorius.evaluators import LEARNED, Superposition
+from risorius.evaluators import Superposition
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
-from risorius.reconstruction import reconstruction
+from risorius.operating_point import OperatingPoint
 from risorius.scene import Scene
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
@@ -41,23 +43,15 @@ class Frame:
 class Engine:
     """Evaluates a reduced model for one scene. Not thread-safe: one engine per thread.
 
-    Raises InputError when the model has no evaluator for the scene.
+    point: the operating point that the budget buys on this machine; without one, the most accurate whose frames took a
+    millisecond at training. A budget that none meets is not an error: the nearest is taken, and the log warns.
+    Raises InputError when the model has no operating point for the scene.
     """
 
-    def __init__(self, model: ReducedModel, scene: Scene | None = None) -> None:
+    def __init__(self, model: ReducedModel, scene: Scene | None = None, budget: Budget | None = None) -> None:
         self.model = model
         self.scene = scene or Scene()
-        learned = next((name for name in LEARNED if name in model.evaluators), LEARNED[0])
-        wanted = learned if self.scene.nonlinear else Superposition.name
-        if wanted not in model.evaluators:
-            raise InputError(f"model {model.name!r} has no evaluator {wanted!r}, which the scene needs; train it anew")
-        self._evaluator = model.evaluators[wanted]
-        self._linear = model.evaluators[Superposition.name] if self.scene.nonlinear else None
-        self._accuracy = model.accuracy[wanted]
-        self._reconstruction = reconstruction(model.carried_basis, model.rest_vertices)
-        self._coordinates = np.zeros(model.rank)
-        self._muscle_count = len(model.inputs.muscles)
-        self._linear_part = np.zeros(model.rank - model.lifts)
+        self.point, self._pipeline = taken(model, self._candidates(), budget)
         self.evaluate(np.zeros(len(self.inputs)))  # compiles the kernels, so that the first frame is not late
 
     @property
@@ -85,22 +79,27 @@ class Engine:
         """
         start = time.perf_counter()
         parameters = self._parameters(weights, muscles)
-        q = self._coordinates
-        modal = q[self.model.lifts :]
-        self.model.poses.lift_coordinates(parameters[self._muscle_count :], out=q[: self.model.lifts])
-        self._evaluator.coordinates(parameters, modal)
-        if self._linear:
-            self._linear.coordinates(parameters, self._linear_part)
-        interaction = float(np.linalg.norm(modal - self._linear_part))
-        vertices = self._reconstruct(q, out)
+        indicators = self._pipeline.solve(parameters)
+        vertices = self._reconstruct(out)
         return Frame(
             vertices=vertices,
-            coordinates=q.copy(),
-            error=self._accuracy.error_floor + self._accuracy.error_slope * interaction,
-            method=self._evaluator.name,
+            coordinates=self._pipeline.coordinates.copy(),
+            error=self.point.bound.value(indicators),
+            method=self.point.setting.method,
             converged=True,
             elapsed=time.perf_counter() - start,
         )
+
+    def _candidates(self) -> list[OperatingPoint]:
+        """Operating points that show what the scene asks for."""
+        linear = [point for point in self.model.points if point.setting.method == Superposition.name]
+        found = list(self.model.points) if self.scene.nonlinear else linear
+        if not found or (self.scene.nonlinear and len(found) == len(linear)):
+            wanted = "that lets muscles interact" if self.scene.nonlinear else f"of {Superposition.name!r}"
+            raise InputError(
+                f"model {self.model.name!r} has no operating point {wanted}, as the scene needs; train anew"
+            )
+        return found
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:
         table = self.model.inputs
@@ -108,12 +107,12 @@ class Engine:
             return table.to_parameters(table.weights(weights or {}), muscles)
         return table.to_parameters(table.checked(weights), muscles)
 
-    def _reconstruct(self, q: FloatArray, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
+    def _reconstruct(self, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
         shape = self.model.rest_vertices.shape
         vertices = np.empty(shape, dtype=np.float32) if out is None else out
         if vertices.shape != shape or vertices.dtype != np.float32 or not vertices.flags.c_contiguous:
             raise InputError(
                 f"out: give a contiguous float32 array of shape {shape}, not {vertices.dtype} {vertices.shape}"
             )
-        self._reconstruction.write(q, vertices)
+        self._pipeline.write(vertices)
         return vertices

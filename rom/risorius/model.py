@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,28 +18,12 @@ from risorius.companion import Companion, read_companions, write_companions
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
 from risorius.inputs import InputTable
+from risorius.operating_point import OperatingPoint
 from risorius.poses import Poses
 from risorius.surface import NO_COLOURS, Colours
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 4
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Errors over the vertices of held-out snapshots against the full model, metres; `relative` is L2.
-
-    error_floor, error_slope: the per-frame bound is error_floor + error_slope * |nonlinear part of q|; it covers
-    `coverage` of the held-out snapshots.
-    """
-
-    mean: float
-    p95: float
-    maximum: float
-    relative: float
-    error_floor: float
-    error_slope: float
-    coverage: float
+SCHEMA_VERSION = 5
 
 
 @dataclass(frozen=True)
@@ -47,7 +31,7 @@ class ReducedModel:
     """Visible vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
 
     rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. carried_basis: its first `lifts` fields
-    carry the unit motions of the poses into the skin and are driven exactly.
+    carry the unit motions of the poses into the skin and are driven exactly. points: measured ways of running it.
     colours: (n, 3) sRGB or NO_COLOURS. companions: rigid things seen with the face, by name; `Companion.posed` moves
     them by the coordinates of a frame.
     """
@@ -59,7 +43,7 @@ class ReducedModel:
     triangles: npt.NDArray[np.int32]
     carried_basis: CarriedBasis
     evaluators: Mapping[str, Evaluator]
-    accuracy: Mapping[str, Accuracy]
+    points: tuple[OperatingPoint, ...]
     provenance: Mapping[str, Any]
     colours: Colours = field(default_factory=NO_COLOURS.copy)
     companions: Mapping[str, Companion] = field(default_factory=dict)
@@ -92,9 +76,9 @@ class ReducedModel:
             write_companions(file, self.companions)
             self.carried_basis.write(file.create_group("basis"))
             for name, evaluator in self.evaluators.items():
-                group = file.create_group(f"evaluators/{name}")
-                evaluator.write(group)
-                group.attrs.update(asdict(self.accuracy[name]))
+                evaluator.write(file.create_group(f"evaluators/{name}"))
+            for number, point in enumerate(self.points):
+                point.write(file.create_group(f"points/{number:03}"))
 
 
 def load(path: str | Path) -> ReducedModel:
@@ -111,7 +95,6 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
     unknown = set(file["evaluators"]) - set(EVALUATORS)
     if unknown:
         raise FileFormatError(f"{path}: unknown evaluator {sorted(unknown)}; make the file anew with this release")
-    groups = dict(file["evaluators"].items())
     model = ReducedModel(
         name=str(file.attrs["name"]),
         inputs=InputTable(storage.text_list(file["muscles"]), poses.inputs),
@@ -119,8 +102,8 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         rest_vertices=file["rest_vertices"][()],
         triangles=file["triangles"][()],
         carried_basis=CarriedBasis.read(file["basis"]),
-        evaluators={name: EVALUATORS[name].read(group) for name, group in groups.items()},
-        accuracy={name: Accuracy(**storage.plain_attributes(group)) for name, group in groups.items()},
+        evaluators={name: EVALUATORS[name].read(group) for name, group in file["evaluators"].items()},
+        points=tuple(OperatingPoint.read(group) for _, group in sorted(file["points"].items())),
         provenance=json.loads(file.attrs["provenance"]),
         colours=file["colours"][()],
         companions=read_companions(file),

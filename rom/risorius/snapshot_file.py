@@ -19,11 +19,12 @@ from risorius.errors import FileFormatError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius.journalled_file import FileReader
+from risorius.mechanics.body import Body
 from risorius.poses import Poses
 from risorius.surface import CarriedSurface
 
 SCHEMA = "risorius-snapshots"
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 WAITING, SOLVED, FAILED = 0, 1, 2  # values of samples/state
 # Snapshots that are read at once: 100 000 components of 64 of them take 26 MB.
 BLOCK = 64
@@ -49,7 +50,8 @@ class Face:
     """What all snapshots of a file have in common; SI units.
 
     points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
-    lift_fields (lifts, n, 3), one for each lift coordinate of the poses.
+    lift_fields (lifts, n, 3), one for each lift coordinate of the poses. body: of muscles whose active stress is
+    proportional to stretch, else None.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Face:
     companions: Mapping[str, Companion]
     nodal_volumes: FloatArray
     lift_fields: FloatArray
+    body: Body | None
 
     @property
     def inputs(self) -> InputTable:
@@ -75,6 +78,8 @@ class Face:
         write_companions(group, self.companions)
         for name in ("points", "nodal_volumes", "lift_fields"):
             group[name] = getattr(self, name)
+        if self.body is not None:
+            self.body.write(group.create_group("body"))
         group.attrs["sha256"] = storage.content_checksum(group)
 
 
@@ -117,6 +122,7 @@ class SnapshotSet(Face):
                 companions=read_companions(group),
                 nodal_volumes=group["nodal_volumes"][()],
                 lift_fields=group["lift_fields"][()],
+                body=Body.read(group["body"]) if "body" in group else None,
                 parameters=samples["parameters"][()][solved],
                 kinds=tuple(samples["kind"].asstr()[()][solved]),
                 held_out=samples["held_out"][()][solved],
@@ -169,6 +175,13 @@ def stored_settings(path: Path) -> Mapping[str, Any]:
     """Return what a run that goes on with a snapshot file has to know. Raises InputError, FileFormatError."""
     with reading(path) as file:
         return dict(json.loads(file.attrs["settings"]))
+
+
+def solve_seconds(path: Path) -> FloatArray:
+    """CPU seconds (s,) that each of the solved snapshots of a file took. Raises InputError, FileFormatError."""
+    with reading(path) as file:
+        samples = file["samples"]
+        return np.asarray(samples["report"]["seconds"][samples["state"][()] == SOLVED])
 
 
 @contextmanager

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
-from risorius.evaluators import Evaluator, PolynomialMap, RationalMap, Superposition
+from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
 from risorius.evaluators.observations import Observations, Reflection
+from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sample_body
 from risorius.jaw import FloatArray
+from risorius.measuring import measured, settings
+from risorius.mechanics.body import Body
 from risorius.modal import modal_derivatives, symmetric_pod
-from risorius.model import Accuracy, ReducedModel
+from risorius.model import ReducedModel
 from risorius.snapshot_file import BLOCK, SnapshotSet
 from risorius.symmetry import mirror_of
 
-COVERAGE = 0.95
+ELEMENTS = 400  # of the corrected map
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,9 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
 
     Raises InputError when the snapshots lack what training needs.
     """
-    return train(snapshots, project(snapshots, rank))
+    begin = time.process_time()
+    model = train(snapshots, project(snapshots, rank))
+    return replace(model, provenance={**model.provenance, "training_cpu_seconds": time.process_time() - begin})
 
 
 def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
@@ -59,28 +66,42 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         sizes=np.linalg.norm(actions, axis=1),
         reflection=modal.reflection,
     )
+    learned = RationalMap.fit(observations)
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(actions),
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
-        RationalMap.name: RationalMap.fit(observations),
+        RationalMap.name: learned,
     }
+    if snapshots.body is not None:
+        evaluators[CorrectedMap.name] = CorrectedMap(
+            learned, _sample(snapshots, snapshots.body, modal), snapshots.poses
+        )
     surface = snapshots.surface
-    fields = np.concatenate([snapshots.lift_fields, modal.modes])
-    basis = surface.carry(fields)
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
         rest_vertices=surface.points.astype(np.float32),
         triangles=surface.triangles.astype(np.int32),
-        carried_basis=CarriedBasis.of_surface(surface, fields),
+        carried_basis=CarriedBasis.of_surface(surface, np.concatenate([snapshots.lift_fields, modal.modes])),
         evaluators=evaluators,
-        accuracy={name: _accuracy(evaluators, name, snapshots, basis) for name in evaluators},
+        points=(),
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
         colours=surface.colours,
         companions=snapshots.companions,
     )
-    return model
+    return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
+
+
+def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData) -> SampledBody:
+    """Reduce the physics of the face to few elements."""
+    used = ~snapshots.held_out
+    fields = np.concatenate([snapshots.lift_fields, modal.modes])
+    equilibria = Equilibria(
+        activations=snapshots.parameters[used, : len(snapshots.muscles)],
+        states=np.hstack([_lifts(snapshots), modal.coordinates])[used],
+    )
+    return sample_body(body, snapshots.points, fields, len(snapshots.lift_fields), equilibria, ELEMENTS)
 
 
 def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
@@ -142,43 +163,3 @@ def overlap(displacements: npt.NDArray[np.float32]) -> FloatArray:
     magnitude = np.linalg.norm(displacements.astype(np.float64), axis=2)
     magnitude /= np.linalg.norm(magnitude, axis=1, keepdims=True)
     return magnitude @ magnitude.T
-
-
-def _accuracy(evaluators: dict[str, Evaluator], name: str, snapshots: SnapshotSet, basis: FloatArray) -> Accuracy:
-    """Errors of the visible vertices on the held-out snapshots, and the calibration of every frame's error bound."""
-    held = np.flatnonzero(snapshots.held_out)
-    if not len(held):
-        raise InputError("snapshots: none is held out, the model's accuracy cannot be measured; solve some")
-    rank = len(basis) - len(snapshots.lift_fields)
-    errors = np.empty((len(held), basis.shape[1]), np.float32)
-    sizes, lengths = np.empty(len(held)), np.empty(len(held))
-    modal, linear = np.empty(rank), np.zeros(rank)
-    lifts = _lifts(snapshots)[held]
-    for row, parameters in enumerate(snapshots.parameters[held]):
-        evaluators[name].coordinates(parameters, modal)
-        if name != Superposition.name:
-            evaluators[Superposition.name].coordinates(parameters, linear)
-        u = np.tensordot(np.concatenate([lifts[row], modal]), basis, axes=1)
-        truth = snapshots.surface.weights @ snapshots.displacements[held[row]].astype(np.float64)
-        errors[row] = np.linalg.norm(u - truth, axis=1)
-        lengths[row] = np.linalg.norm(truth)
-        sizes[row] = np.linalg.norm(modal - linear)
-    offset = 0.1 * float(np.median(sizes)) + 1e-12
-    worst = errors.max(axis=1).astype(np.float64)
-    slope = _conformal_quantile(worst / (sizes + offset))
-    relative = np.linalg.norm(errors, axis=1) / lengths
-    return Accuracy(
-        mean=float(errors.mean()),
-        p95=float(np.quantile(errors, 0.95)),
-        maximum=float(errors.max()),
-        relative=float(np.median(relative)),
-        error_floor=slope * offset,
-        error_slope=slope,
-        coverage=float((worst <= slope * (sizes + offset)).mean()),
-    )
-
-
-def _conformal_quantile(scores: FloatArray) -> float:
-    """Smallest score that covers a new one with probability COVERAGE, given exchangeable scores (Vovk et al. 2005)."""
-    position = int(np.ceil((len(scores) + 1) * COVERAGE))
-    return float(np.sort(scores)[min(position, len(scores)) - 1])

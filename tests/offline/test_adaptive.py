@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from risorius.mechanics.material import Yeoh
+from risorius.operating_point import most_accurate
 from risorius.snapshot_file import SnapshotSet
 from risorius.training import reduce_snapshots
 from risorius_offline.adaptive import KIND, Goal, _worst, refine
@@ -39,7 +40,7 @@ def test_snapshots_are_added_up_to_the_count_and_the_error_is_told(run, worker):
     assert len(np.unique(found.parameters, axis=0)) == 24
     assert told[-1].total == 24
     assert told[-1].error is not None
-    assert error == reduce_snapshots(found, 5).accuracy["rational"].p95
+    assert error == most_accurate(reduce_snapshots(found, 5).points).overall.p95
 
 
 def test_a_target_that_is_reached_ends_it(run, worker):

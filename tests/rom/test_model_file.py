@@ -19,7 +19,7 @@ def test_a_model_comes_back_as_it_was(synthetic_model, path):
     weights = {"AU12_L": 0.7, "AU12_R": 0.2, "jaw_open": 0.4}
     ours, theirs = (risorius.Engine(m).evaluate(weights) for m in (synthetic_model, loaded))
     np.testing.assert_array_equal(ours.vertices, theirs.vertices)
-    assert loaded.accuracy == synthetic_model.accuracy
+    assert loaded.points == synthetic_model.points
     assert loaded.provenance == synthetic_model.provenance
 
 
@@ -41,7 +41,7 @@ def test_damaged_content_is_refused(path):
     ("attribute", "value", "message"),
     [
         ("schema", "somebody-else", "holds somebody-else, expected risorius-model"),
-        ("schema_version", 99, "schema version 99, this release reads 4"),
+        ("schema_version", 99, "schema version 99, this release reads 5"),
         ("units", "mm", "units 'mm', expected 'SI'"),
     ],
 )

@@ -7,10 +7,11 @@ import typer
 from risorius.commands.info import info
 from risorius.commands.reduce import reduce
 from risorius.commands.render import render
+from risorius.commands.report import report
 from risorius.commands.view import view
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    for command in (reduce, info, render, view):
+    for command in (reduce, info, report, render, view):
         app.command()(command)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from risorius.model import ReducedModel
 
 
 def info(
@@ -17,7 +22,6 @@ def info(
     from dataclasses import asdict
 
     from rich.console import Console
-    from rich.table import Table
 
     from risorius.inputs import without_side
     from risorius.model import load
@@ -36,7 +40,7 @@ def info(
             "rank": loaded.rank,
             "inputs": loaded.inputs.names,
             "muscles": loaded.inputs.muscles,
-            "accuracy": {name: asdict(accuracy) for name, accuracy in loaded.accuracy.items()},
+            "operating_points": [asdict(point) for point in loaded.points],
             "provenance": loaded.provenance,
         }
         typer.echo(json.dumps(content, indent=2))
@@ -54,12 +58,23 @@ def info(
         console.print("seen with it: " + ", ".join(seen), markup=False)
     console.print("inputs: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.names)))
     console.print("muscles: " + ", ".join(dict.fromkeys(without_side(name) for name in loaded.inputs.muscles)))
-    table = Table(title=f"error against the full model, {loaded.provenance.get('held_out', '?')} held-out snapshots")
-    for column in ("evaluator", "mean mm", "p95 mm", "max mm", "relative L2 %"):
-        table.add_column(column, justify="left" if column == "evaluator" else "right")
-    for name, accuracy in loaded.accuracy.items():
-        lengths = (accuracy.mean, accuracy.p95, accuracy.maximum)
-        table.add_row(name, *(f"{1e3 * value:.3f}" for value in lengths), f"{100 * accuracy.relative:.2f}")
-    console.print(table)
+    console.print(_accuracy(loaded))
     for key, value in sorted(loaded.provenance.items()):
         console.print(f"{key}: {value}", markup=False)
+
+
+def _accuracy(model: ReducedModel) -> Table:
+    """Operating points, and the errors of each by kind of held-out input."""
+    from rich.table import Table
+
+    table = Table(title=f"error against the full model, {model.provenance.get('held_out', '?')} held-out snapshots, mm")
+    table.add_column("operating point", no_wrap=True)
+    for column in ("mean", "p95", "max", "95 % of\nframes", "relative\nL2 %", "ms"):
+        table.add_column(column, justify="right")
+    for point in model.points:
+        table.add_row(str(point.setting), *[""] * 5, f"{1e3 * point.seconds.median:.3f}")
+        for kind, found in point.errors.items():
+            lengths = (found.mean, found.p95, found.maximum, found.frame)
+            figures = (*(1e3 * length for length in lengths), 100 * found.relative)
+            table.add_row(f"  {kind}", *(f"{figure:.3f}" for figure in figures))
+    return table

@@ -29,8 +29,12 @@ def reduce(
 
 def describe(model: ReducedModel, path: Path) -> str:
     """One line on a model that was just written."""
-    accuracy = model.accuracy["rational"]
+    from risorius.operating_point import most_accurate
+
+    best = most_accurate(model.points)
+    lengths = (best.overall.mean, best.overall.p95, best.overall.maximum)
+    mean, p95, largest = (1e3 * length for length in lengths)
     return (
-        f"{path}: {len(model.rest_vertices)} vertices, {model.rank} coordinates; held-out error "
-        f"mean {1e3 * accuracy.mean:.3f} mm, p95 {1e3 * accuracy.p95:.3f} mm, max {1e3 * accuracy.maximum:.2f} mm"
+        f"{path}: {len(model.rest_vertices)} vertices, {model.rank} coordinates; held-out error of "
+        f"{best.setting.method} mean {mean:.3f} mm, p95 {p95:.3f} mm, max {largest:.2f} mm"
     )

@@ -9,19 +9,29 @@ from typing import Protocol
 
 import h5py
 
+from risorius.evaluators.corrected import CorrectedMap
 from risorius.evaluators.polynomial import PolynomialMap
 from risorius.evaluators.rational import RationalMap
+from risorius.evaluators.setting import Setting
 from risorius.evaluators.superposition import Superposition
 from risorius.jaw import FloatArray
 
 
 class Evaluator(Protocol):
-    """Maps parameters (p,) to modal coordinates (r,)."""
+    """Maps parameters (p,) to modal coordinates (r,).
+
+    doubt: what it knows of its error after an answer, not negative, in units of a coordinate; 0 for nothing.
+    """
 
     name: str
+    doubt: float
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
+        ...
+
+    def at(self, setting: Setting) -> Evaluator:
+        """Return the evaluator of the leading modes that runs as a setting has it."""
         ...
 
     def write(self, group: h5py.Group) -> None:
@@ -29,6 +39,4 @@ class Evaluator(Protocol):
         ...
 
 
-EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap)}
-LEARNED = (RationalMap.name, PolynomialMap.name)
-"""Learned maps, the more accurate first."""
+EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap, CorrectedMap)}

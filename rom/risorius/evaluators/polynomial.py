@@ -14,6 +14,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 
 NEGLIGIBLE_OVERLAP = 0.02
@@ -31,10 +32,15 @@ class PolynomialMap:
     exponents: npt.NDArray[np.int32]
     coefficients: FloatArray
     name = "polynomial"
+    doubt = 0.0
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
         _accumulate(parameters, self.exponents, self.coefficients, out)
+
+    def at(self, setting: Setting) -> PolynomialMap:
+        """Return that of the leading modes."""
+        return PolynomialMap(self.exponents, np.ascontiguousarray(self.coefficients[:, : setting.rank]))
 
     def write(self, group: h5py.Group) -> None:
         """Store monomials and coefficients."""

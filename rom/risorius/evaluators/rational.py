@@ -26,6 +26,7 @@ from risorius.evaluators.products import (
     multiply_slopes,
     needed,
 )
+from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 
 # Of a feature, which is of the order of 1 where it counts: what is left of an asymmetry by rounding is less.
@@ -48,6 +49,11 @@ class Block:
     modes: npt.NDArray[np.int64]
     coefficients: npt.NDArray[np.float32]
 
+    def leading(self, rank: int) -> Block:
+        """Return that of the modes before `rank`, which may be none."""
+        kept = self.modes < rank
+        return replace(self, modes=self.modes[kept], coefficients=np.ascontiguousarray(self.coefficients[:, kept]))
+
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
         group["terms"], group["signs"], group["modes"] = self.terms, self.signs, self.modes
@@ -67,6 +73,7 @@ class RationalMap:
     products: Products
     blocks: tuple[Block, ...]
     name = "rational"
+    doubt = 0.0
 
     @cached_property
     def _work(self) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64], npt.NDArray[np.float32]]:
@@ -88,6 +95,10 @@ class RationalMap:
         multiply(variables, self.products.parents, self.products.factors, terms)
         for block in self.blocks:
             _add_up(terms, block.terms, block.signs, block.coefficients, block.modes, active, positions, sums, out)
+
+    def at(self, setting: Setting) -> RationalMap:
+        """Return that of the leading modes."""
+        return replace(self, blocks=tuple(block.leading(setting.rank) for block in self.blocks))
 
     def write(self, group: h5py.Group) -> None:
         """Store weights, terms and coefficients."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 
+from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 
 
@@ -16,10 +17,15 @@ class Superposition:
 
     actions: FloatArray
     name = "superposition"
+    doubt = 0.0
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
         np.dot(parameters, self.actions, out=out)
+
+    def at(self, setting: Setting) -> Superposition:
+        """Return that of the leading modes."""
+        return Superposition(np.ascontiguousarray(self.actions[:, : setting.rank]))
 
     def write(self, group: h5py.Group) -> None:
         """Store the single actions."""

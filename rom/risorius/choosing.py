@@ -1,0 +1,47 @@
+"""Which of a model's operating points an engine runs."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Sequence
+
+from risorius.budget import Budget, Offer, choose
+from risorius.model import ReducedModel
+from risorius.operating_point import OperatingPoint
+from risorius.pipeline import Pipeline, pipelines
+from risorius.timing import cautious, frame_seconds
+
+FRAMES = 64
+UNASKED = Budget(time=1e-3)
+"""What an engine keeps to that was not given a budget."""
+
+_log = logging.getLogger(__name__)
+
+
+def taken(
+    model: ReducedModel, points: Sequence[OperatingPoint], budget: Budget | None
+) -> tuple[OperatingPoint, Pipeline]:
+    """Return one of the points, and what runs it on this machine.
+
+    With a budget all are timed here and now. Without one, the times of training decide and nothing is timed, so that
+    the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
+    """
+    if budget is None or budget == Budget():
+        point = points[choose(_offers(points, [point.seconds.median for point in points]), UNASKED).position]
+        return point, pipelines(model, [point.setting])[0]
+    ways = pipelines(model, [point.setting for point in points])
+    seconds = cautious(frame_seconds(ways, model, FRAMES))
+    choice = choose(_offers(points, seconds), budget)
+    point = points[choice.position]
+    if not choice.met:
+        reached = ", ".join(f"{kind} {1e3 * found.frame:.3g} mm" for kind, found in point.errors.items())
+        _log.warning(
+            "budget of %s: no operating point of model %r keeps it here; the nearest, %s, takes up to %.3g ms, "
+            "and 95 %% of its frames are within: %s",
+            *(budget, model.name, point.setting, 1e3 * seconds[choice.position], reached),
+        )
+    return point, ways[choice.position]
+
+
+def _offers(points: Sequence[OperatingPoint], seconds: Iterable[float]) -> list[Offer]:
+    return [Offer(float(cost), point.frame_error, point.p95) for point, cost in zip(points, seconds, strict=True)]

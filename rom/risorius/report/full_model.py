@@ -1,0 +1,46 @@
+"""What one solve of the full model costs: solved in the same run where that can be done, else as stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from risorius.errors import MissingExtraError
+from risorius.jaw import FloatArray
+from risorius.snapshot_file import SnapshotSet, solve_seconds
+
+ENTRY_POINT = "risorius.full_model"
+SOLVES = 2  # of each held-out set
+
+TimedSolves: TypeAlias = Callable[[str, Mapping[str, Any], FloatArray], FloatArray]
+"""Source of the anatomy, provenance of its snapshots, parameters (k, p) -> seconds by the clock (k,)."""
+
+
+@dataclass(frozen=True)
+class FullModelTime:
+    """Seconds of one solve, median, and where they come from, in words."""
+
+    seconds: float
+    origin: str
+
+
+def stored_time(path: Path, snapshots: SnapshotSet, kind: str) -> FullModelTime:
+    """Time of the held-out snapshots of a kind, as the solver reported it when they were made."""
+    rows = snapshots.held_out & (np.array(snapshots.kinds) == kind)
+    seconds = float(np.median(solve_seconds(path)[rows]))
+    return FullModelTime(seconds, f"not measured in this run: CPU seconds stored with {rows.sum()} snapshots")
+
+
+def measured_time(source: str, provenance: Mapping[str, Any], parameters: FloatArray) -> FullModelTime:
+    """Time of a few solves from rest, now. Raises MissingExtraError without the offline part."""
+    found = tuple(entry_points(group=ENTRY_POINT))
+    if not found:
+        raise MissingExtraError("solving the full model", "offline", "risorius_offline")
+    timed_solves: TimedSolves = found[0].load()
+    seconds = timed_solves(source, provenance, parameters[:SOLVES])
+    return FullModelTime(float(np.median(seconds)), f"measured in this run: {len(seconds)} solves from rest")

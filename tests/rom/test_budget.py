@@ -1,0 +1,160 @@
+"""What a budget buys: the table decides, never the clock of the machine that tests."""
+
+import itertools
+import logging
+
+import numpy as np
+import pytest
+from tests.rom.test_rational_map import competing, observed
+
+import risorius
+from risorius import choosing
+from risorius.budget import Budget, Choice, Offer, choose
+from risorius.errors import InputError
+from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
+from risorius.pipeline import pipelines
+from risorius.timing import MARGIN, cautious, frame_seconds
+
+QUICK, MIDDLE, EXACT = Offer(1e-5, 9e-3, 3e-3), Offer(1e-4, 2e-3, 6e-4), Offer(1e-3, 5e-4, 1e-4)
+SLOW_AND_BAD = Offer(2e-3, 8e-3, 2e-3)
+OFFERS = [SLOW_AND_BAD, EXACT, QUICK, MIDDLE]
+
+
+@pytest.mark.parametrize(
+    ("budget", "taken", "met"),
+    [
+        (Budget(time=5e-3), EXACT, True),
+        (Budget(time=5e-4), MIDDLE, True),
+        (Budget(time=2e-5), QUICK, True),
+        (Budget(time=1e-6), QUICK, False),
+        (Budget(error=1e-2), QUICK, True),
+        (Budget(error=8.5e-3), MIDDLE, True),
+        (Budget(error=5e-4), EXACT, True),
+        (Budget(error=1e-4), EXACT, False),
+        (Budget(time=5e-4, error=5e-3), MIDDLE, True),
+        (Budget(time=5e-4, error=1e-3), MIDDLE, False),
+        (Budget(time=1e-6, error=1e-3), QUICK, False),
+    ],
+    ids=str,
+)
+def test_the_fastest_that_is_good_enough_or_the_best_in_time(budget, taken, met):
+    assert choose(OFFERS, budget) == Choice(OFFERS.index(taken), met)
+
+
+def test_few_bad_frames_do_not_make_a_point_less_accurate_than_another():
+    """Of two in time the one whose vertices are closer, though its worst frames are further off."""
+    assert choose([Offer(1e-5, 5e-3, 2e-3), Offer(1e-5, 6e-3, 1e-3)], Budget(time=1e-3)).position == 1
+
+
+@pytest.mark.parametrize("value", [0.0, -1e-3, float("nan"), float("inf")])
+@pytest.mark.parametrize("name", ["time", "error"])
+def test_a_budget_is_positive(name, value):
+    with pytest.raises(InputError, match=r"budget: .* given; give a positive time in seconds"):
+        Budget(**{name: value})
+
+
+@pytest.fixture
+def timed(monkeypatch):
+    """As if frames took so many microseconds at each operating point of the synthetic model."""
+
+    def set_times(*microseconds):
+        def seconds(ways, model, frames):
+            assert len(ways) == len(microseconds)
+            return np.repeat(1e-6 * np.array(microseconds, float)[:, None] / MARGIN, frames, axis=1)
+
+        monkeypatch.setattr(choosing, "frame_seconds", seconds)
+
+    return set_times
+
+
+@pytest.mark.parametrize(
+    ("microseconds", "budget", "setting"),
+    [
+        ((10, 20, 40), Budget(time=5e-5), Setting("polynomial", 6)),
+        ((10, 20, 60), Budget(time=5e-5), Setting("polynomial", 3)),
+        ((10, 60, 60), Budget(time=5e-5), Setting("superposition", 6)),
+        ((10, 20, 40), Budget(error=2e-3), Setting("polynomial", 3)),
+        ((10, 40, 20), Budget(error=2e-3), Setting("polynomial", 6)),
+    ],
+)
+def test_an_engine_goes_by_the_times_of_this_machine(synthetic_model, timed, microseconds, budget, setting):
+    timed(*microseconds)
+    engine = risorius.Engine(synthetic_model, budget=budget)
+    assert engine.point.setting == setting
+    assert engine.evaluate({"AU12": 0.5}).method == setting.method
+
+
+def test_without_a_budget_nothing_is_timed_and_the_most_accurate_is_taken(synthetic_model, monkeypatch):
+    monkeypatch.setattr(choosing, "frame_seconds", None)
+    for budget in (None, Budget()):
+        engine = risorius.Engine(synthetic_model, budget=budget)
+        assert engine.point.setting == Setting("polynomial", 6)
+
+
+def test_a_budget_does_not_change_what_the_scene_asks_for(synthetic_model, timed):
+    timed(10)
+    engine = risorius.Engine(synthetic_model, risorius.Scene(nonlinear=False), Budget(time=1e-3))
+    assert engine.point.setting == Setting("superposition", 6)
+
+
+def test_a_model_of_superposition_alone_has_nothing_for_a_nonlinear_scene(synthetic_model):
+    linear = type(synthetic_model)(**{**vars(synthetic_model), "points": synthetic_model.points[:1]})
+    with pytest.raises(InputError, match="'synthetic' has no operating point that lets muscles interact"):
+        risorius.Engine(linear)
+
+
+def test_what_cannot_be_met_is_said_once(synthetic_model, timed, caplog):
+    timed(10, 20, 40)
+    with caplog.at_level(logging.WARNING):
+        engine = risorius.Engine(synthetic_model, budget=Budget(time=3e-5, error=1e-4))
+        for _ in range(3):
+            engine.evaluate({"AU12": 1.0})
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        "budget of 0.03 ms and 0.1 mm: no operating point of model 'synthetic' keeps it here; the nearest, "
+        "polynomial, 3 modes, takes up to 0.02 ms, and 95 % of its frames are within: ordinary 1.33 mm, strong 2 mm"
+    )
+
+
+def test_what_is_met_is_not_talked_about(synthetic_model, timed, caplog):
+    timed(10, 20, 40)
+    risorius.Engine(synthetic_model, budget=Budget(time=3e-5, error=2e-3))
+    assert not caplog.records
+
+
+def test_fewer_modes_are_the_leading_ones(synthetic_model, timed):
+    timed(10, 20, 60)
+    fewer = risorius.Engine(synthetic_model, budget=Budget(time=5e-5)).evaluate({"AU12": 1.0, "jaw_open": 0.5})
+    every = risorius.Engine(synthetic_model).evaluate({"AU12": 1.0, "jaw_open": 0.5})
+    np.testing.assert_array_equal(fewer.coordinates[:7], every.coordinates[:7])
+    assert not fewer.coordinates[7:].any()
+    expected = synthetic_model.rest_vertices + np.tensordot(fewer.coordinates, synthetic_model.basis, axes=1)
+    np.testing.assert_allclose(fewer.vertices, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", [Superposition, PolynomialMap, RationalMap])
+def test_every_evaluator_gives_leading_modes_alone(kind):
+    data = observed(competing, 30)
+    evaluator = {
+        Superposition: lambda: Superposition(np.random.default_rng(1).normal(size=(5, 3))),
+        PolynomialMap: lambda: PolynomialMap.fit(data.parameters, data.coordinates, data.overlap),
+        RationalMap: lambda: RationalMap.fit(data),
+    }[kind]()
+    every, leading = np.empty(3), np.empty(2)
+    evaluator.coordinates(data.parameters[0], every)
+    evaluator.at(Setting(kind.name, 2)).coordinates(data.parameters[0], leading)
+    np.testing.assert_allclose(leading, every[:2], rtol=1e-6)
+
+
+def test_every_frame_of_every_pipeline_is_timed_alone(synthetic_model):
+    ways = pipelines(synthetic_model, [point.setting for point in synthetic_model.points])
+    ticks = itertools.count(step=0.5)
+    seconds = frame_seconds(ways, synthetic_model, 16, clock=lambda: next(ticks))
+    np.testing.assert_array_equal(seconds, np.full((3, 16), 0.5))
+    assert next(ticks) == 0.5 * 2 * 3 * 16
+
+
+def test_a_few_disturbed_frames_do_not_count():
+    seconds = np.full((1, 32), 1e-4)
+    seconds[0, :7] = 8e-3
+    assert cautious(seconds) == pytest.approx(MARGIN * 1e-4)
