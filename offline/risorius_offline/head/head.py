@@ -112,8 +112,8 @@ def _muscles(shell: Shell) -> tuple[Muscle, ...]:
     found = []
     for course in COURSES:
         lines = [_placed(shell.at(uv, depth)) for uv, depth in course.surface_points()]
-        for side, sign in (("L", 1.0), ("R", -1.0)):
-            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in lines), METRES * course.radius)
+        for side, sign in (("L", 1), ("R", -1)):
+            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in lines), METRES * course.radius, sign)
             found.append(Muscle(f"{course.name}_{side}", fibres, ActiveStress(course.stress)))
     return tuple(found)
 
