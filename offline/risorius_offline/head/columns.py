@@ -29,6 +29,7 @@ UPRIGHT = 0.5  # the normal's share
 # Millimetres from the eyeball's centre and from the lips' line between which the normal comes in.
 FROM_EYE, FROM_LIPS = (17.0, 26.0), (4.0, 14.0)
 WEIGHT_SMOOTHING = 3.0
+GRAZING = (0.75, 0.45)  # cosine between ray and normal, from which and up to which it comes in
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,10 @@ def _directions() -> RegularGridInterpolator:
     shape = (len(u), len(v), 3)
     normals = _unit(_smooth(_unit(SKIN.gradient(skin)).reshape(shape), SMOOTHING, odd=(0,)))
     to_lips = cKDTree(np.concatenate(lip_lines())).query(skin)[0]
-    weight = np.minimum(_ramp(distance_to_eye(skin), FROM_EYE), _ramp(to_lips, FROM_LIPS))
+    cosine = (_unit(SKIN.gradient(skin)) * directions).sum(axis=1)
+    weight = np.minimum.reduce([
+        _ramp(distance_to_eye(skin), FROM_EYE), _ramp(to_lips, FROM_LIPS), _ramp(cosine, GRAZING)
+    ])  # fmt: skip
     weight = UPRIGHT * _smooth(weight.reshape(len(u), len(v), 1), WEIGHT_SMOOTHING)
     outward = weight * normals + (1.0 - weight) * directions.reshape(shape)
     return RegularGridInterpolator((u, v), -_unit(outward))

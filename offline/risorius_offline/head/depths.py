@@ -38,7 +38,7 @@ _BETWEEN = (
     ((24.0, -62.0, 84.0), 11.0), ((0.0, -85.0, 50.0), 13.0), ((30.0, -80.0, 10.0), 13.0),
 )  # fmt: skip
 SMOOTHING = 0.5
-WITHIN = (0.85, 1.25)  # of the published depth, between which the sculpted bone decides
+WITHIN = (0.8, 1.25)  # of the published depth, between which the sculpted bone decides
 THINNEST = 2.4
 
 
