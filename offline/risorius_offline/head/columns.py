@@ -30,6 +30,7 @@ UPRIGHT = 0.5  # the normal's share
 FROM_EYE, FROM_LIPS = (17.0, 26.0), (4.0, 14.0)
 WEIGHT_SMOOTHING = 3.0
 GRAZING = (0.75, 0.45)  # cosine between ray and normal, from which and up to which it comes in
+CHIN_FROM, CHIN_TO = (-40.0, -50.0), (-95.0, -88.0)  # heights between which rays are kept, as the jaw moves there
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def _directions() -> RegularGridInterpolator:
     to_lips = cKDTree(np.concatenate(lip_lines())).query(skin)[0]
     cosine = (_unit(SKIN.gradient(skin)) * directions).sum(axis=1)
     weight = np.minimum.reduce([
-        _ramp(distance_to_eye(skin), FROM_EYE), _ramp(to_lips, FROM_LIPS), _ramp(cosine, GRAZING)
+        _ramp(distance_to_eye(skin), FROM_EYE), _ramp(to_lips, FROM_LIPS), _ramp(cosine, GRAZING),
+        1.0 - np.minimum(_ramp(skin[:, 1], CHIN_FROM), _ramp(skin[:, 1], CHIN_TO)),
     ])  # fmt: skip
     weight = UPRIGHT * _smooth(weight.reshape(len(u), len(v), 1), WEIGHT_SMOOTHING)
     outward = weight * normals + (1.0 - weight) * directions.reshape(shape)
