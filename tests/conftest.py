@@ -13,6 +13,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 import pytest
 
+from risorius.carried_basis import CarriedBasis
 from risorius.evaluators import PolynomialMap, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
@@ -45,7 +46,7 @@ def synthetic_model() -> ReducedModel:
         poses=Poses(jaw),
         rest_vertices=rest.astype(np.float32),
         triangles=triangles.astype(np.int32),
-        basis=np.concatenate([jaw.unit_motions(rest), modes]).astype(np.float32),
+        carried_basis=CarriedBasis.of_vertices(np.concatenate([jaw.unit_motions(rest), modes]).astype(np.float32)),
         evaluators={"superposition": Superposition(actions), "polynomial": PolynomialMap(exponents, coefficients)},
         accuracy={"superposition": accuracy, "polynomial": accuracy},
         provenance={"anatomy": "synthetic"},

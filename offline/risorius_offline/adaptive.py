@@ -53,7 +53,7 @@ def refine(store: SnapshotStore, client: Client, model: str, report: Callable[[S
     while True:
         snapshots = SnapshotSet.load(store.path)
         modal = project(snapshots, goal.rank)
-        error = train(snapshots, modal).accuracy["polynomial"].p95
+        error = train(snapshots, modal).accuracy["rational"].p95
         present = int((~store.held_out).sum())
         missing = goal.count - present
         if missing <= 0 or error <= goal.error:

@@ -81,8 +81,9 @@ class EquilibriumSolver:
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
             guess, u, at_the_end = predictor.predict(aim), None, aim is target
             if guess is not None:
-                u = self._minimum(guess, report) if at_the_end else on_the_way.minimise(self.model, guess, report)
-                predictor = None
+                level = 0 if self.model.factorised_for is state else None
+                find = self._minimum if at_the_end else on_the_way.minimise
+                u, predictor = find(self.model, guess, report, level), None
             if u is not None:
                 state = Equilibrium(aim, u)
                 done = 1.0 if at_the_end else done + step
@@ -99,19 +100,22 @@ class EquilibriumSolver:
                     report,
                 )
         report.converged = True
-        return replace(state, report=report)
+        found = replace(state, report=report)
+        if report.stable:
+            self.model.factorised_for = found
+        return found
 
-    def _minimum(self, u: FloatArray, report: SolverReport) -> FloatArray | None:
-        """Minimum reached from u (n, 3), past saddles; None when none is in reach."""
+    def _minimum(self, model: FullModel, u: FloatArray, report: SolverReport, level: int | None) -> FloatArray | None:
+        """As `GuardedNewton.minimise`, past saddles; the factors at hand are then those of the tangent there."""
         newton = GuardedNewton(self.tolerance, self.max_iterations)
         for _ in range(1 + MOST_SADDLES):
-            found = newton.minimise(self.model, u, report)
+            found = newton.minimise(model, u, report, level)
             if found is None:
                 return None
-            lower = way_down(self.model, found, report)
+            lower = way_down(model, found, report)
             if lower is None:
                 return found
-            u = lower
+            u, level = lower, None
         return None
 
     def _checked(self, parameters: FloatArray) -> FloatArray:

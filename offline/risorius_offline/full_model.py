@@ -35,6 +35,7 @@ class FullModel:
     mean_dilatation: volume terms on the element's mean J, which keeps hexahedra, wedges and quadratic tetrahedra from
     locking. walled: J > 0 everywhere in a cell, at a little energy where it is squeezed below half its volume; without,
     J > 0 holds at quadrature points. solver: a name in `linear_solver.SOLVERS`.
+    factorised_for: the equilibrium at which the last factors are those of the tangent, as who finds it says.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class FullModel:
         self.effects = tuple(effects)
         self.discretisation = Discretisation(anatomy.points, anatomy.cells, anatomy.skin, anatomy.epidermis)
         self._solver_name = solver or default_solver()
+        self.factorised_for: object = None
         points = fibre_points(self.discretisation, anatomy.muscles)
         self.fibres = ActiveFibres(self.discretisation, points, self.muscle_count, fibre_law)
         # In proportion to the stretch, active stress is a constant tensor, which the tissue's kernels take on the way.
@@ -115,9 +117,11 @@ class FullModel:
         return total + sum(effect.energy(u) for effect in self.effects)
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
-        """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy."""
+        """Energy, smallest J and nodal forces (n, 3) in newtons: the derivative of the energy, where it is finite."""
         forces = np.zeros_like(u)
         total, smallest = self.tissue.add_forces(u, forces)
+        if not np.isfinite(total):
+            return total, smallest, forces
         total += self._dead_load.add_forces(u, forces)
         total += sum(wall.add_forces(u, forces) for wall in self.walls)
         if not self._fibres_in_tissue:
@@ -138,6 +142,7 @@ class FullModel:
 
     def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
         """Factorise the free part of second derivatives; raises NotPositiveDefiniteError."""
+        self.factorised_for = None
         self.system.factorise(values, blocks)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
@@ -180,7 +185,7 @@ class FullModel:
         if not len(fields):
             return fields
         values = self.passive_stiffness(np.zeros_like(self.anatomy.points))
-        self.system.factorise(values, [])
+        self.factorise(values, [])
         pattern = self.discretisation.pattern
         upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
         stiffness = upper + sp.triu(upper, 1).T

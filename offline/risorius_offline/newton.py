@@ -46,7 +46,7 @@ class Energy(Protocol):
         ...
 
     def forces(self, u: FloatArray) -> tuple[float, float, FloatArray]:
-        """Energy, smallest J and the derivative of the energy (n, 3), newtons."""
+        """Energy, smallest J and the derivative of the energy (n, 3), newtons, where the energy is finite."""
         ...
 
     def tangents(self, u: FloatArray) -> Tangents:
@@ -97,34 +97,36 @@ class GuardedNewton:
     tolerance: float
     max_iterations: int
 
-    def minimise(self, energy: Energy, u: FloatArray, report: SolverReport) -> FloatArray | None:
+    def minimise(
+        self, energy: Energy, u: FloatArray, report: SolverReport, level: int | None = None
+    ) -> FloatArray | None:
         """Minimum reached from an admissible u (n, 3), prescribed components kept; None when none is in reach.
 
+        level: of `PROJECTIONS` in the factors at hand, for the first step; None where they are of another problem.
         The report is added to: counts go on, energy, residual and smallest J are those of the last iterate.
         """
-        last_residual, level, secants = np.inf, None, Secants()
+        last_residual, secants = np.inf, Secants()
+        state = _State.at(energy, u)
+        if not np.isfinite(state.energy):
+            return None
         for _ in range(self.max_iterations):
-            value, smallest, forces = energy.forces(u)
-            if not np.isfinite(value):
-                return None
-            gradient = forces.reshape(-1)[energy.free]
-            report.residual = float(np.linalg.norm(gradient)) / energy.force_scale(forces)
-            report.energy, report.smallest_jacobian = value, smallest
+            report.residual = float(np.linalg.norm(state.gradient)) / energy.force_scale(state.forces)
+            report.energy, report.smallest_jacobian = state.energy, state.smallest_jacobian
             if report.residual <= self.tolerance:
-                return u
-            secants.visit(u.reshape(-1)[energy.free], gradient)
+                return state.u
+            secants.visit(state.u.reshape(-1)[energy.free], state.gradient)
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
-            following = _step(energy, u, gradient, value, secants) if contracts_well else None
+            following = _step(energy, state, secants) if contracts_well else None
             if following is None:
-                level = factorise(energy, u, max(level or 0, 1) - 1, report)
+                level = factorise(energy, state.u, max(level or 0, 1) - 1, report)
                 if level is None:
                     return None
                 secants.forget()
-                following = _step(energy, u, gradient, value, secants)
+                following = _step(energy, state, secants)
             if following is None:
                 return None
             report.iterations += 1
-            u, last_residual = following, report.residual
+            state, last_residual = following, report.residual
         return None
 
 
@@ -144,20 +146,38 @@ def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -
     return None
 
 
-def _step(energy: Energy, u: FloatArray, gradient: FloatArray, value: float, secants: Secants) -> FloatArray | None:
-    """One step with the factors at hand; None when it does not descend."""
-    direction = np.zeros_like(u)
+@dataclass(frozen=True)
+class _State:
+    """A displacement u (n, 3) with its energy, smallest J, forces (n, 3) and their free components."""
+
+    u: FloatArray
+    energy: float
+    smallest_jacobian: float
+    forces: FloatArray
+    gradient: FloatArray
+
+    @classmethod
+    def at(cls, energy: Energy, u: FloatArray) -> _State:
+        value, smallest, forces = energy.forces(u)
+        return cls(u, value, smallest, forces, forces.reshape(-1)[energy.free])
+
+
+def _step(energy: Energy, state: _State, secants: Secants) -> _State | None:
+    """One step with the factors at hand; None when it does not descend.
+
+    Most steps go all their length: forces are taken with the energy, which is half of their cost, at once.
+    """
+    direction = np.zeros_like(state.u)
     flat = direction.reshape(-1)
-    flat[energy.free] = -secants.solve(energy.solve, gradient)
-    slope = float(gradient @ flat[energy.free])
+    flat[energy.free] = -secants.solve(energy.solve, state.gradient)
+    slope = float(state.gradient @ flat[energy.free])
     if slope >= 0.0:
         return None
-    rounding = ENERGY_PRECISION * max(abs(value), energy.energy_scale)
-    length = energy.largest_step(u, direction)
+    rounding = ENERGY_PRECISION * max(abs(state.energy), energy.energy_scale)
+    length = energy.largest_step(state.u, direction)
     while length >= SMALLEST_STEP_LENGTH:
-        trial = u + length * direction
-        reached = energy.energy(trial)
-        if np.isfinite(reached) and reached <= value + ARMIJO * length * slope + rounding:
+        trial = _State.at(energy, state.u + length * direction)
+        if np.isfinite(trial.energy) and trial.energy <= state.energy + ARMIJO * length * slope + rounding:
             return trial
         length *= 0.5
     return None

@@ -19,16 +19,15 @@ POSE_STEP = 1e-5
 
 
 def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
-    """du/dp (p, n, 3) in metres per unit weight, at one factorisation and one solve with p right-hand sides.
+    """du/dp (p, n, 3) in metres per unit weight, at one solve with p right-hand sides.
 
+    It takes a factorisation where the model has another one's factors than that of the equilibrium.
     Raises SolverError when the tangent is not positive definite there: the equilibrium is not stable.
     """
     parameters, u = equilibrium.parameters, equilibrium.u
     model.set_parameters(parameters)
-    try:
-        model.factorise(*model.tangent(u))
-    except NotPositiveDefiniteError as error:
-        raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
+    if model.factorised_for is not equilibrium:
+        _factorise(model, u)
     result = np.zeros((len(parameters), *u.shape))
     forces = np.empty((len(parameters), u.size))
     forces[: model.muscle_count] = model.muscle_forces(u).T
@@ -38,6 +37,13 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
     flat = result.reshape(len(parameters), -1)
     flat[:, model.free] = -model.solve(np.ascontiguousarray(forces[:, model.free].T)).T
     return result
+
+
+def _factorise(model: FullModel, u: FloatArray) -> None:
+    try:
+        model.factorise(*model.tangent(u))
+    except NotPositiveDefiniteError as error:
+        raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
 
 
 def _by_pose_weight(

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.errors import InputError
-from risorius.evaluators import PolynomialMap, Superposition
+from risorius.evaluators import LEARNED, Superposition
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
+from risorius.reconstruction import reconstruction
 from risorius.scene import Scene
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
@@ -46,17 +47,17 @@ class Engine:
     def __init__(self, model: ReducedModel, scene: Scene | None = None) -> None:
         self.model = model
         self.scene = scene or Scene()
-        wanted = PolynomialMap.name if self.scene.nonlinear else Superposition.name
+        learned = next((name for name in LEARNED if name in model.evaluators), LEARNED[0])
+        wanted = learned if self.scene.nonlinear else Superposition.name
         if wanted not in model.evaluators:
             raise InputError(f"model {model.name!r} has no evaluator {wanted!r}, which the scene needs; train it anew")
         self._evaluator = model.evaluators[wanted]
         self._linear = model.evaluators[Superposition.name] if self.scene.nonlinear else None
         self._accuracy = model.accuracy[wanted]
-        count, vertex_count, _ = model.basis.shape
-        self._flat_basis = np.ascontiguousarray(model.basis.reshape(count, 3 * vertex_count))
-        self._coordinates = np.zeros(count)
+        self._reconstruction = reconstruction(model.carried_basis, model.rest_vertices)
+        self._coordinates = np.zeros(model.rank)
         self._muscle_count = len(model.inputs.muscles)
-        self._linear_part = np.zeros(count - model.lifts)
+        self._linear_part = np.zeros(model.rank - model.lifts)
         self.evaluate(np.zeros(len(self.inputs)))  # compiles the kernels, so that the first frame is not late
 
     @property
@@ -114,7 +115,5 @@ class Engine:
             raise InputError(
                 f"out: give a contiguous float32 array of shape {shape}, not {vertices.dtype} {vertices.shape}"
             )
-        flat = vertices.reshape(-1)
-        np.dot(q.astype(np.float32), self._flat_basis, out=flat)
-        flat += self.model.rest_vertices.reshape(-1)
+        self._reconstruction.write(q, vertices)
         return vertices

@@ -20,6 +20,11 @@ def hinge_coordinates(angle: float) -> tuple[float, float]:
     return math.sin(angle), 2.0 * math.sin(0.5 * angle) ** 2
 
 
+def hinge_slopes(angle: float) -> tuple[float, float]:
+    """Return the derivatives of the hinge coordinates by the angle."""
+    return math.cos(angle), math.sin(angle)
+
+
 def hinge_motions(points: npt.ArrayLike, centre: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Displacement (2, n, 3) of points (n, 3) for each unit lift coordinate, about the axis through `centre` (3,)."""
     arm = np.asarray(points) - np.asarray(centre)

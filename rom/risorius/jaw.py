@@ -17,7 +17,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from risorius.hinge import hinge_coordinates, hinge_motions
+from risorius.hinge import hinge_coordinates, hinge_motions, hinge_slopes
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
@@ -46,6 +46,14 @@ class JawMotion:
         result[:2] = hinge_coordinates(opening * self.opening_angle)
         result[2] = opening * self.opening_slide + forward * self.forward_slide
         result[3] = sideways * self.sideways_slide
+        return result
+
+    def lift_slopes(self, jaw: npt.ArrayLike) -> FloatArray:
+        """Return the derivatives (3, 4) of the lift coordinates by the jaw weights (3,)."""
+        result = np.zeros((len(self.inputs), self.lift_count))
+        result[0, :2] = self.opening_angle * np.array(hinge_slopes(float(np.asarray(jaw)[0]) * self.opening_angle))
+        result[:2, 2] = self.opening_slide, self.forward_slide
+        result[2, 3] = self.sideways_slide
         return result
 
     def unit_motions(self, points: FloatArray) -> FloatArray:

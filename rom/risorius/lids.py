@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from risorius.hinge import hinge_coordinates, hinge_motions
+from risorius.hinge import hinge_coordinates, hinge_motions, hinge_slopes
 from risorius.jaw import FloatArray
 
 Point = tuple[float, float, float]
@@ -40,6 +40,13 @@ class LidMotion:
         result[:2] = hinge_coordinates(left)
         result[2:] = hinge_coordinates(right)
         return result
+
+    def lift_slopes(self, lids: npt.ArrayLike) -> FloatArray:
+        """Return the derivatives (2, 4) of the lift coordinates by the lid weights (2,)."""
+        left, right = (float(weight) * self.closing_angle for weight in np.asarray(lids))
+        result = np.zeros((len(self.inputs), self.lift_count))
+        result[0, :2], result[1, 2:] = hinge_slopes(left), hinge_slopes(right)
+        return self.closing_angle * result
 
     def unit_motions(self, points: FloatArray) -> FloatArray:
         """Displacement (4, n, 3) of points (n, 3) for each unit lift coordinate: as part of the left lid, then right.

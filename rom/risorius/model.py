@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius import storage
+from risorius.carried_basis import CarriedBasis
 from risorius.companion import Companion, read_companions, write_companions
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
@@ -21,7 +22,7 @@ from risorius.poses import Poses
 from risorius.surface import NO_COLOURS, Colours
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Accuracy:
 class ReducedModel:
     """Visible vertices x = rest + sum_k q_k basis_k, and evaluators that give the modal part of q.
 
-    rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. basis: (r, n, 3) float32, metres per unit
-    coordinate; its first `lifts` fields carry the unit motions of the poses into the skin and are driven exactly.
+    rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. carried_basis: its first `lifts` fields
+    carry the unit motions of the poses into the skin and are driven exactly.
     colours: (n, 3) sRGB or NO_COLOURS. companions: rigid things seen with the face, by name; `Companion.posed` moves
     them by the coordinates of a frame.
     """
@@ -56,12 +57,22 @@ class ReducedModel:
     poses: Poses
     rest_vertices: npt.NDArray[np.float32]
     triangles: npt.NDArray[np.int32]
-    basis: npt.NDArray[np.float32]
+    carried_basis: CarriedBasis
     evaluators: Mapping[str, Evaluator]
     accuracy: Mapping[str, Accuracy]
     provenance: Mapping[str, Any]
     colours: Colours = field(default_factory=NO_COLOURS.copy)
     companions: Mapping[str, Companion] = field(default_factory=dict)
+
+    @property
+    def basis(self) -> npt.NDArray[np.float32]:
+        """(r, n, 3), metres per unit coordinate; put together anew at every call."""
+        return self.carried_basis.at_vertices()
+
+    @property
+    def rank(self) -> int:
+        """Number r of reduced coordinates."""
+        return len(self.carried_basis)
 
     @property
     def lifts(self) -> int:
@@ -79,7 +90,7 @@ class ReducedModel:
             file["triangles"] = self.triangles
             file["colours"] = self.colours
             write_companions(file, self.companions)
-            file.create_dataset("basis", data=self.basis, chunks=True, compression="gzip", shuffle=True)
+            self.carried_basis.write(file.create_group("basis"))
             for name, evaluator in self.evaluators.items():
                 group = file.create_group(f"evaluators/{name}")
                 evaluator.write(group)
@@ -107,7 +118,7 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         poses=poses,
         rest_vertices=file["rest_vertices"][()],
         triangles=file["triangles"][()],
-        basis=file["basis"][()],
+        carried_basis=CarriedBasis.read(file["basis"]),
         evaluators={name: EVALUATORS[name].read(group) for name, group in groups.items()},
         accuracy={name: Accuracy(**storage.plain_attributes(group)) for name, group in groups.items()},
         provenance=json.loads(file.attrs["provenance"]),

@@ -59,6 +59,17 @@ class Poses:
             weight, lift = end, next_lift
         return result
 
+    def lift_slopes(self, weights: npt.ArrayLike) -> FloatArray:
+        """Return the derivatives (inputs, lift_count) of the lift coordinates by the pose weights."""
+        weights = np.asarray(weights)
+        result = np.zeros((len(self.inputs), self.lift_count))
+        weight, lift = 0, 0
+        for motion in self.motions:
+            end, next_lift = weight + len(motion.inputs), lift + motion.lift_count
+            result[weight:end, lift:next_lift] = motion.lift_slopes(weights[weight:end])
+            weight, lift = end, next_lift
+        return result
+
     def write(self, group: h5py.Group) -> None:
         """Store every motion as a group of attributes in `poses`."""
         poses = group.create_group("poses")

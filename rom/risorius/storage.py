@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
+import scipy.sparse as sp
 
 from risorius.errors import Error, FileFormatError, InputError
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 UNITS = "SI"
 TEXT = h5py.string_dtype()
+_SPARSE_PARTS = ("data", "indices", "indptr")
 
 
 @contextmanager
@@ -128,6 +130,19 @@ def content_checksum(group: h5py.Group) -> str:
     add(group.name, group)
     group.visititems(add)
     return digest.hexdigest()
+
+
+def write_sparse(group: h5py.Group, matrix: sp.csr_matrix) -> None:
+    """Store a matrix in compressed rows."""
+    for part in _SPARSE_PARTS:
+        group[part] = getattr(matrix, part)
+    group.attrs["nodes"] = matrix.shape[1]
+
+
+def read_sparse(group: h5py.Group) -> sp.csr_matrix:
+    """Load what `write_sparse` stored."""
+    data, indices, starts = (group[part][()] for part in _SPARSE_PARTS)
+    return sp.csr_matrix((data, indices, starts), shape=(len(starts) - 1, int(group.attrs["nodes"])))
 
 
 def text_list(dataset: h5py.Dataset) -> tuple[str, ...]:

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from risorius import storage
 from risorius.jaw import FloatArray
 
 Colours = npt.NDArray[np.uint8]
 NO_COLOURS: Colours = np.zeros((0, 3), dtype=np.uint8)
-_PARTS = ("data", "indices", "indptr")  # of a matrix in compressed rows
 
 
 @dataclass(frozen=True)
@@ -49,15 +49,10 @@ class CarriedSurface:
     def write(self, group: h5py.Group) -> None:
         """Store the surface in a group of its own."""
         group["points"], group["triangles"], group["colours"] = self.points, self.triangles, self.colours
-        weights = group.create_group("weights")
-        for part in _PARTS:
-            weights[part] = getattr(self.weights, part)
-        weights.attrs["nodes"] = self.weights.shape[1]
+        storage.write_sparse(group.create_group("weights"), self.weights)
 
     @classmethod
     def read(cls, group: h5py.Group) -> CarriedSurface:
         """Load what `write` stored."""
-        points, stored = group["points"][()], group["weights"]
-        shape = (len(points), int(stored.attrs["nodes"]))
-        weights = sp.csr_matrix(tuple(stored[part][()] for part in _PARTS), shape=shape)
-        return cls(points, group["triangles"][()], weights, group["colours"][()])
+        weights = storage.read_sparse(group["weights"])
+        return cls(group["points"][()], group["triangles"][()], weights, group["colours"][()])

@@ -9,21 +9,31 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.bases import pod
+from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
-from risorius.evaluators import Evaluator, PolynomialMap, Superposition
+from risorius.evaluators import Evaluator, PolynomialMap, RationalMap, Superposition
+from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
+from risorius.modal import modal_derivatives, symmetric_pod
 from risorius.model import Accuracy, ReducedModel
 from risorius.snapshot_file import BLOCK, SnapshotSet
+from risorius.symmetry import mirror_of
 
 COVERAGE = 0.95
 
 
 @dataclass(frozen=True)
 class ModalData:
-    """Snapshots in the basis: modes on all nodes (r, n, 3) and modal coordinates (s, r)."""
+    """Snapshots in the basis: modes on all nodes (r, n, 3) and modal coordinates (s, r).
+
+    derivatives (t, p, r) of those of the training snapshots by the parameters, None where they were not kept;
+    reflection: None where the face is not symmetric.
+    """
 
     modes: FloatArray
     coordinates: FloatArray
+    derivatives: npt.NDArray[np.float32] | None
+    reflection: Reflection | None
 
 
 def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
@@ -38,22 +48,32 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
     """Reduced model of projected snapshots; raises InputError when they lack what training needs."""
     singles = single_actions(snapshots)
     used = ~snapshots.held_out
-    parameters = snapshots.parameters
+    actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
+    observations = Observations(
+        parameters=snapshots.parameters[used],
+        coordinates=modal.coordinates[used],
+        derivatives=modal.derivatives,
+        muscles=len(snapshots.muscles),
+        lowest=snapshots.inputs.parameter_lower,
+        overlap=shared,
+        sizes=np.linalg.norm(actions, axis=1),
+        reflection=modal.reflection,
+    )
     evaluators: dict[str, Evaluator] = {
-        Superposition.name: Superposition(modal.coordinates[singles]),
-        PolynomialMap.name: PolynomialMap.fit(
-            parameters[used], modal.coordinates[used], overlap(snapshots.displacements[singles])
-        ),
+        Superposition.name: Superposition(actions),
+        PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
+        RationalMap.name: RationalMap.fit(observations),
     }
     surface = snapshots.surface
-    basis = surface.carry(np.concatenate([snapshots.lift_fields, modal.modes]))
+    fields = np.concatenate([snapshots.lift_fields, modal.modes])
+    basis = surface.carry(fields)
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
         rest_vertices=surface.points.astype(np.float32),
         triangles=surface.triangles.astype(np.int32),
-        basis=basis.astype(np.float32),
+        carried_basis=CarriedBasis.of_surface(surface, fields),
         evaluators=evaluators,
         accuracy={name: _accuracy(evaluators, name, snapshots, basis) for name in evaluators},
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
@@ -79,19 +99,27 @@ def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
 def project(snapshots: SnapshotSet, rank: int) -> ModalData:
     """POD modes of the training snapshots, at most `rank`, and the coordinates of all snapshots in them.
 
-    Displacements are read a block at a time. Raises InputError for a rank below 1, or without training snapshots.
+    On a symmetric face also of their mirror images. Displacements are read a block at a time. Raises InputError for a
+    rank below 1, or without training snapshots or one of the single actions.
     """
     if rank < 1:
         raise InputError(f"rank {rank}: give at least 1")
     if snapshots.held_out.all():
         raise InputError("snapshots: all are held out, there is none to train with; solve some")
     train = np.flatnonzero(~snapshots.held_out)
-    modes, _ = pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank)
+    mirror = mirror_of(snapshots, single_actions(snapshots))
+    reflection = None
+    if mirror is None:
+        modes, _ = pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank)
+    else:
+        modes, parity = symmetric_pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank, mirror)
+        reflection = Reflection(mirror.partner, mirror.sign, parity)
     # One unit of a coordinate is a root mean square displacement of 1 mm.
     modes *= 1e-3 * np.sqrt(snapshots.nodal_volumes.sum())
     weighted = modes * snapshots.nodal_volumes[:, None] / (1e-6 * snapshots.nodal_volumes.sum())
     blocks = _fluctuations(snapshots, np.arange(len(snapshots.parameters)))
-    return ModalData(modes, np.concatenate([np.tensordot(block, weighted, ((1, 2), (1, 2))) for block in blocks]))
+    coordinates = np.concatenate([np.tensordot(block, weighted, ((1, 2), (1, 2))) for block in blocks])
+    return ModalData(modes, coordinates, modal_derivatives(snapshots, train, weighted), reflection)
 
 
 def _fluctuations(snapshots: SnapshotSet, rows: npt.NDArray[np.int64]) -> Iterator[FloatArray]:

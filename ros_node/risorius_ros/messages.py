@@ -34,7 +34,7 @@ def rotated_to_rep103(model: ReducedModel) -> ReducedModel:
     return replace(
         model,
         rest_vertices=np.ascontiguousarray(model.rest_vertices[:, _TO_REP103]),
-        basis=np.ascontiguousarray(model.basis[:, :, _TO_REP103]),
+        carried_basis=replace(model.carried_basis, fields=model.carried_basis.fields[:, :, _TO_REP103]),
     )
 
 

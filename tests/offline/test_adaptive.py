@@ -39,7 +39,7 @@ def test_snapshots_are_added_up_to_the_count_and_the_error_is_told(run, worker):
     assert len(np.unique(found.parameters, axis=0)) == 24
     assert told[-1].total == 24
     assert told[-1].error is not None
-    assert error == reduce_snapshots(found, 5).accuracy["polynomial"].p95
+    assert error == reduce_snapshots(found, 5).accuracy["rational"].p95
 
 
 def test_a_target_that_is_reached_ends_it(run, worker):

@@ -136,6 +136,15 @@ def test_solution_does_not_depend_on_the_start():
     np.testing.assert_allclose(solver.solve(np.array([1.0]), half).u, solver.solve(np.array([1.0])).u, atol=1e-10)
 
 
+def test_a_load_step_begins_with_the_factors_of_the_equilibrium_before():
+    solver = EquilibriumSolver(FullModel(dragged_block("hexahedron", Yeoh.neo_hookean(15e3, 0.45), cells=(6, 6, 2))))
+    before = solver.solve(0.5 * SIDEWAYS)
+    followed = solver.solve(0.55 * SIDEWAYS, before)
+    anew = solver.solve(0.55 * SIDEWAYS, replace(before))
+    assert followed.report.factorisations < anew.report.factorisations
+    np.testing.assert_allclose(followed.u, anew.u, atol=1e-5 * np.abs(anew.u).max())
+
+
 @pytest.mark.parametrize("name", sorted(SOLVERS))
 def test_linear_solver_solves_and_refuses_indefinite_matrices(name):
     if name == "pardiso":

@@ -52,6 +52,21 @@ def test_the_model_keeps_the_parameters_it_had(model):
     np.testing.assert_array_equal(model.forces(found.u)[2], before)
 
 
+def test_they_need_no_factorisation_where_the_equilibrium_has_just_been_found(model, monkeypatch):
+    found = EquilibriumSolver(model).solve(STATE)
+    with monkeypatch.context() as patch:
+        patch.delattr(FullModel, "factorise")
+        at_once = sensitivities(model, found)
+    np.testing.assert_array_equal(at_once, sensitivities(model, replace(found)))
+
+
+def test_they_are_of_the_equilibrium_asked_for_after_another_has_been_found(model):
+    found = EquilibriumSolver(model).solve(STATE)
+    expected = sensitivities(model, found)
+    EquilibriumSolver(model).solve(0.5 * STATE)
+    np.testing.assert_array_equal(sensitivities(model, found), expected)
+
+
 def test_an_unstable_state_is_refused(model):
     u = EquilibriumSolver(model).solve(STATE).u
     squeezed = u.copy()

@@ -50,6 +50,14 @@ def test_weights_of_all_motions_follow_one_another(poses, inputs):
     assert poses.lift_count == sum(map(len, expected))
 
 
+@pytest.mark.parametrize("poses", [Poses(JAW), Poses(lids=LIDS), Poses(JAW, LIDS)])
+def test_slopes_of_the_lift_coordinates_are_their_derivatives(poses):
+    weights, step = np.linspace(-0.5, 0.9, len(poses.inputs)), 1e-6
+    lift = poses.lift_coordinates
+    numeric = [(lift(weights + e) - lift(weights - e)) / (2.0 * step) for e in step * np.eye(len(weights))]
+    np.testing.assert_allclose(poses.lift_slopes(weights), numeric, atol=1e-9)
+
+
 @pytest.mark.parametrize("poses", [Poses(), Poses(JAW), Poses(lids=LIDS), Poses(JAW, LIDS)])
 def test_poses_come_back_from_a_file_as_they_were(poses, tmp_path):
     with h5py.File(tmp_path / "poses.h5", "w") as file:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import risorius
+from risorius.carried_basis import CarriedBasis
 from risorius.commands import register
 from risorius.companion import JAW, SKULL, Companion
 from risorius.errors import InputError
@@ -115,8 +116,10 @@ def test_a_model_keeps_colours_and_companions(seen, tmp_path):
 def test_teeth_stay_in_the_jaw_of_an_evaluated_face(seen):
     """A vertex that moves with the jaw alone, seen as a companion too, does not part from itself."""
     teeth = seen.companions["teeth"]
-    carried = replace(seen, rest_vertices=teeth.points.astype(np.float32), basis=np.concatenate(
-        [seen.poses.jaw.unit_motions(teeth.points), np.zeros((6, 9, 3))]).astype(np.float32))  # fmt: skip
+    basis = np.concatenate([seen.poses.jaw.unit_motions(teeth.points), np.zeros((6, 9, 3))]).astype(np.float32)
+    carried = replace(
+        seen, rest_vertices=teeth.points.astype(np.float32), carried_basis=CarriedBasis.of_vertices(basis)
+    )
     frame = risorius.Engine(carried).evaluate({"jaw_open": 0.8, "jaw_sideways": -0.5, "AU12": 1.0})
     np.testing.assert_allclose(teeth.posed(seen.poses, frame.coordinates), frame.vertices, atol=1e-7)
 

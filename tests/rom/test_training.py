@@ -25,6 +25,16 @@ def answer(parameters, fields):
     return modal + np.tensordot(JAW.lift_coordinates(parameters[2:]), fields[:4], axes=1)
 
 
+def slopes(parameters, fields):
+    """Derivatives (5, n, 3) of the answer by the parameters."""
+    a, b, opening, _, _ = parameters
+    by = [[1.0 + 0.4 * a, 0.0, 0.4 * b, 0.1 * opening], [0.0, 1.0, 0.4 * a, 0.0], [0.0, 0.0, 0.0, 0.1 * a]]
+    result = np.zeros((5, *fields.shape[1:]))
+    result[:3] = np.tensordot(by, fields[4:], axes=1)
+    result[2:] += np.tensordot(JAW.lift_slopes(parameters[2:]), fields[:4], axes=1)
+    return result
+
+
 def made_up_surface(rng):
     """Forty vertices, each carried by three of the sixty nodes."""
     rows, shares = np.repeat(np.arange(40), 3), rng.dirichlet(np.ones(3), 40)
@@ -53,7 +63,7 @@ def made_up_snapshots(count=120, held_out=30):
         parameters=parameters,
         kinds=("made up",) * len(parameters),
         displacements=np.stack([answer(p, fields) for p in parameters]).astype(np.float32),
-        derivatives=np.zeros((len(parameters), 5, 60, 3), np.float32),
+        derivatives=np.stack([slopes(p, fields) for p in parameters]).astype(np.float32),
         held_out=np.arange(len(parameters)) >= len(parameters) - held_out,
         smallest_jacobians=np.ones(len(parameters)),
         failures=(),

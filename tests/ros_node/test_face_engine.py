@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import risorius
+from risorius.carried_basis import CarriedBasis
 
 pytest.importorskip("rclpy", reason="rclpy is not installed and no ROS 2 is sourced")
 
@@ -122,7 +123,7 @@ def test_meshes_over_the_default_segment_of_fast_dds_arrive(
     large = replace(
         synthetic_model,
         rest_vertices=np.tile(synthetic_model.rest_vertices, (copies, 1)),
-        basis=np.tile(synthetic_model.basis, (1, copies, 1)),
+        carried_basis=CarriedBasis.of_vertices(np.tile(synthetic_model.basis, (1, copies, 1))),
     )
     large.save(tmp_path / "large.h5")
     stamps = set()

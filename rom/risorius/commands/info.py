@@ -33,7 +33,7 @@ def info(
                 name: {"vertices": len(thing.points), "triangles": len(thing.triangles), "moves_with": thing.moves_with}
                 for name, thing in loaded.companions.items()
             },
-            "rank": len(loaded.basis),
+            "rank": loaded.rank,
             "inputs": loaded.inputs.names,
             "muscles": loaded.inputs.muscles,
             "accuracy": {name: asdict(accuracy) for name, accuracy in loaded.accuracy.items()},
@@ -45,7 +45,7 @@ def info(
     coloured = " with colours" if len(loaded.colours) else ""
     console.print(
         f"[bold]{loaded.name}[/bold]: {len(loaded.rest_vertices)} vertices{coloured}, "
-        f"{len(loaded.triangles)} triangles, {len(loaded.basis)} coordinates ({loaded.lifts} of them of jaw and lids)"
+        f"{len(loaded.triangles)} triangles, {loaded.rank} coordinates ({loaded.lifts} of them of jaw and lids)"
     )
     if loaded.companions:
         seen = (

@@ -29,8 +29,8 @@ def reduce(
 
 def describe(model: ReducedModel, path: Path) -> str:
     """One line on a model that was just written."""
-    accuracy = model.accuracy["polynomial"]
+    accuracy = model.accuracy["rational"]
     return (
-        f"{path}: {len(model.rest_vertices)} vertices, {len(model.basis)} coordinates; held-out error "
+        f"{path}: {len(model.rest_vertices)} vertices, {model.rank} coordinates; held-out error "
         f"mean {1e3 * accuracy.mean:.3f} mm, p95 {1e3 * accuracy.p95:.3f} mm, max {1e3 * accuracy.maximum:.2f} mm"
     )

@@ -10,6 +10,7 @@ from typing import Protocol
 import h5py
 
 from risorius.evaluators.polynomial import PolynomialMap
+from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.superposition import Superposition
 from risorius.jaw import FloatArray
 
@@ -28,4 +29,6 @@ class Evaluator(Protocol):
         ...
 
 
-EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap)}
+EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap)}
+LEARNED = (RationalMap.name, PolynomialMap.name)
+"""Learned maps, the more accurate first."""

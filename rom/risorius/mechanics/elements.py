@@ -37,15 +37,17 @@ def _deformation(u, connectivity, gradients, weights, e, F, G, jacobian):  # typ
     mean = 0.0
     smallest = math.inf
     for q in range(weights.shape[1]):
-        Fq = F[q]
-        Fq[:] = 0.0
+        # In scalars, which stay in registers.
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
         for a in range(connectivity.shape[1]):
             node = connectivity[e, a]
-            for i in range(3):
-                for j in range(3):
-                    Fq[3 * i + j] += u[node, i] * gradients[e, q, a, j]
-        for i in range(3):
-            Fq[4 * i] += 1.0
+            x, y, z = u[node, 0], u[node, 1], u[node, 2]
+            dx, dy, dz = gradients[e, q, a, 0], gradients[e, q, a, 1], gradients[e, q, a, 2]
+            xx, xy, xz = xx + x * dx, xy + x * dy, xz + x * dz
+            yx, yy, yz = yx + y * dx, yy + y * dy, yz + y * dz
+            zx, zy, zz = zx + z * dx, zy + z * dy, zz + z * dz
+        Fq = F[q]
+        Fq[0], Fq[1], Fq[2], Fq[3], Fq[4], Fq[5], Fq[6], Fq[7], Fq[8] = xx, xy, xz, yx, yy, yz, zx, zy, zz
         jacobian[q] = cofactor(Fq, G[q])
         volume += weights[e, q]
         mean += weights[e, q] * jacobian[q]
@@ -101,14 +103,13 @@ def energy_and_forces(  # type: ignore[no-untyped-def]
             if with_forces:
                 for i in range(9):
                     P[i] = w * (P[i] + 2.0 * dpsi * F[q, i] + slope * G[q, i])
+                xx, xy, xz, yx, yy, yz, zx, zy, zz = P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8]
                 for a in range(connectivity.shape[1]):
                     node = connectivity[e, a]
-                    for i in range(3):
-                        forces[node, i] += (
-                            P[3 * i] * gradients[e, q, a, 0]
-                            + P[3 * i + 1] * gradients[e, q, a, 1]
-                            + P[3 * i + 2] * gradients[e, q, a, 2]
-                        )
+                    dx, dy, dz = gradients[e, q, a, 0], gradients[e, q, a, 1], gradients[e, q, a, 2]
+                    forces[node, 0] += xx * dx + xy * dy + xz * dz
+                    forces[node, 1] += yx * dx + yy * dy + yz * dz
+                    forces[node, 2] += zx * dx + zy * dy + zz * dz
     return total, smallest
 
 

@@ -87,7 +87,7 @@ class Preview:
             for name, companion in model.companions.items()
         }
         self._title = model.name
-        self._rank = len(model.basis)
+        self._rank = model.rank
         self._values = np.zeros(len(self._table.names))
         self._faces: set[_FaceSocket] = set()
         self._newest_drawn = 0

@@ -1,0 +1,64 @@
+"""The basis of the visible vertices, kept where it comes from: at the points that carry them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from risorius import storage
+from risorius.errors import InputError
+from risorius.jaw import FloatArray
+from risorius.surface import CarriedSurface
+
+
+@dataclass(frozen=True)
+class CarriedBasis:
+    """Fields of n vertices that are weights (n, m) @ fields of m carrying points.
+
+    fields: (r, m, 3) float32, metres per unit coordinate. Raises InputError where the two do not fit.
+    """
+
+    fields: npt.NDArray[np.float32]
+    weights: sp.csr_matrix
+
+    def __post_init__(self) -> None:
+        if self.fields.shape[1:] != (self.weights.shape[1], 3):
+            raise InputError(
+                f"basis: fields {self.fields.shape} do not go with weights {self.weights.shape}; "
+                f"give fields (r, {self.weights.shape[1]}, 3)"
+            )
+
+    @classmethod
+    def of_surface(cls, surface: CarriedSurface, fields: FloatArray) -> CarriedBasis:
+        """Basis of a surface from fields (r, nodes, 3) on all nodes of its mesh; only those that carry it are kept."""
+        carriers = np.unique(surface.weights.indices)
+        return cls(fields[:, carriers].astype(np.float32), surface.weights[:, carriers].tocsr())
+
+    @classmethod
+    def of_vertices(cls, basis: npt.NDArray[np.float32]) -> CarriedBasis:
+        """Basis (r, n, 3) whose vertices carry themselves."""
+        return cls(basis, sp.identity(basis.shape[1], format="csr"))
+
+    def __len__(self) -> int:
+        return len(self.fields)
+
+    def at_vertices(self) -> npt.NDArray[np.float32]:
+        """(r, n, 3): fields of the vertices themselves."""
+        result = np.empty((len(self), self.weights.shape[0], 3), np.float32)
+        for carried, field in zip(result, self.fields, strict=True):
+            carried[:] = self.weights @ field
+        return result
+
+    def write(self, group: h5py.Group) -> None:
+        """Store fields and weights."""
+        group.create_dataset("fields", data=self.fields, chunks=True, compression="gzip", shuffle=True)
+        storage.write_sparse(group.create_group("weights"), self.weights)
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> CarriedBasis:
+        """Load what `write` stored."""
+        return cls(group["fields"][()], storage.read_sparse(group["weights"]))

@@ -1,0 +1,36 @@
+"""Linear combinations of fields, as fast as memory is read and in one thread, whatever threads a BLAS has.
+
+A BLAS that may use all cores does, for a product of this size: beside other work that costs milliseconds a frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius.jaw import FloatArray
+from risorius.vector_sums import WIDTH, combine
+
+
+class PackedFields:
+    """Fields (r, m, 3) float32, block after block of components. Not thread-safe.
+
+    largest: (r,) largest size of a component of each.
+    """
+
+    def __init__(self, fields: npt.NDArray[np.float32]) -> None:
+        count, size = len(fields), fields[0].size
+        padded = np.zeros((count, -(-size // WIDTH) * WIDTH), np.float32)
+        padded[:, :size] = fields.reshape(count, size)
+        self.largest = np.abs(padded).max(axis=1)
+        self._blocks = padded.reshape(count, -1, WIDTH).transpose(1, 0, 2).ravel()
+        self._coordinates = np.empty(count, np.float32)
+        self._sums = np.empty(padded.shape[1], np.float32)
+        self._size = size
+        self.nbytes = self._blocks.nbytes
+
+    def combined(self, coordinates: FloatArray) -> npt.NDArray[np.float32]:
+        """Sum (3 m) of the fields times their coordinates (r,); the next call overwrites it."""
+        self._coordinates[:] = coordinates
+        combine(self._blocks, self._coordinates, self._sums)
+        return self._sums[: self._size]

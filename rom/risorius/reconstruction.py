@@ -1,0 +1,114 @@
+"""From reduced coordinates to visible vertices, x = rest + sum_k q_k basis_k, with as few bytes read as can be.
+
+Adding up fields costs what it takes to read them. A refined surface follows a mesh that has a ninth of its points, so
+the fields are added up there, and what comes out is carried to the vertices: exact, in single precision.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from risorius.carried_basis import CarriedBasis
+from risorius.jaw import FloatArray
+from risorius.packed_fields import PackedFields
+from risorius.vector_sums import LANES, carry
+
+Vertices = npt.NDArray[np.float32]
+UNIT_ROUNDOFF = 2.0**-24
+
+
+class Reconstruction(Protocol):
+    """Writes vertices; owns what it works with, so it is not thread-safe."""
+
+    bytes_read: int
+
+    def write(self, coordinates: FloatArray, out: Vertices) -> None:
+        """Write the vertices (n, 3) of coordinates (r,) into contiguous `out`."""
+        ...
+
+    def error_bound(self, coordinates: FloatArray) -> float:
+        """Metres: what no component of any vertex is further off than from the exact sum (Higham 2002, 3.1)."""
+        ...
+
+
+def reconstruction(basis: CarriedBasis, rest: Vertices) -> Reconstruction:
+    """Whichever way reads fewer bytes, for vertices at rest (n, 3)."""
+    carried = CarriedReconstruction(basis, rest)
+    plain = len(basis) * rest.nbytes + rest.nbytes
+    return carried if carried.bytes_read < plain else PlainReconstruction(basis, rest)
+
+
+class PlainReconstruction:
+    """Adds up the fields of the vertices themselves."""
+
+    def __init__(self, basis: CarriedBasis, rest: Vertices) -> None:
+        self._fields = PackedFields(basis.at_vertices())
+        self._rest = rest
+        self.bytes_read = self._fields.nbytes + rest.nbytes
+
+    def write(self, coordinates: FloatArray, out: Vertices) -> None:
+        """See `Reconstruction`."""
+        np.add(self._fields.combined(coordinates), self._rest.reshape(-1), out=out.reshape(-1))
+
+    def error_bound(self, coordinates: FloatArray) -> float:
+        """See `Reconstruction`."""
+        return _rounding(len(coordinates), float(np.abs(coordinates) @ self._fields.largest), self._rest)
+
+
+class CarriedReconstruction:
+    """Adds up the fields of the carrying points, and carries the sums to the vertices."""
+
+    def __init__(self, basis: CarriedBasis, rest: Vertices) -> None:
+        order = _neighbours_together(rest)
+        order = np.append(order, np.full(-len(order) % LANES, order[-1]))  # the last block is full, too
+        self._blocks = *_in_blocks(basis.weights[order]), order.astype(np.uint32), rest[order].reshape(-1)
+        self._fields = PackedFields(basis.fields)
+        self._gain = float(abs(basis.weights).sum(axis=1).max())
+        self._terms = len(basis) + int(np.diff(basis.weights.indptr).max()) + 1
+        self._rest = rest
+        self.bytes_read = self._fields.nbytes + sum(part.nbytes for part in self._blocks)
+
+    def write(self, coordinates: FloatArray, out: Vertices) -> None:
+        """See `Reconstruction`."""
+        carry(*self._blocks, self._fields.combined(coordinates), out.reshape(-1))
+
+    def error_bound(self, coordinates: FloatArray) -> float:
+        """See `Reconstruction`."""
+        size = self._gain * float(np.abs(coordinates) @ self._fields.largest)
+        return _rounding(self._terms, size, self._rest)
+
+
+def _rounding(terms: int, size: float, rest: Vertices) -> float:
+    """Bound for a sum of products, the sizes of which add up to `size`, and a place at rest: 2 for q and the last +."""
+    return UNIT_ROUNDOFF * (1.01 * (terms + 2) * size + float(np.abs(rest).max()))
+
+
+def _neighbours_together(points: Vertices) -> npt.NDArray[np.int64]:
+    """Numbers of the points (n, 3) in an order in which every LANES are close: halves along the longest side."""
+    groups, pending = [], [np.arange(len(points))]
+    while pending:
+        group = pending.pop()
+        if len(group) <= LANES:
+            groups.append(group)
+            continue
+        places = points[group]
+        along = places[:, np.ptp(places, axis=0).argmax()]
+        half = LANES * -(-len(group) // (2 * LANES))
+        group = group[np.argpartition(along, half - 1)] if half < len(group) else group
+        pending += [group[half:], group[:half]]
+    return np.concatenate(groups)
+
+
+def _in_blocks(weights: sp.csr_matrix) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
+    """Starts, carriers and weights of `carry` for rows of vertices in their order, LANES to a block."""
+    table = weights.tocoo()
+    carriers = table.shape[1]
+    keys, entry = np.unique(table.row // LANES * carriers + table.col, return_inverse=True)
+    packed = np.zeros((len(keys), LANES), np.float32)
+    packed[entry, table.row % LANES] = table.data
+    starts = np.searchsorted(keys, carriers * np.arange(table.shape[0] // LANES + 1))
+    return starts, (keys % carriers).astype(np.uint32), packed.reshape(-1)

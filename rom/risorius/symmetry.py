@@ -1,0 +1,54 @@
+"""The plane of symmetry of a face, x = 0, where it has one: every snapshot then is two."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from risorius.jaw import FloatArray
+from risorius.snapshot_file import SnapshotSet
+
+REVERSED = frozenset({"jaw_sideways"})
+SAME_PLACE = 1e-6  # metres
+SAME_MOTION = 1e-4  # of the largest displacement of an action
+ACROSS = np.array([-1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """nodes (n,): number of each node's image. partner (p,): parameter of the other side. sign (p,): -1 if it turns."""
+
+    nodes: npt.NDArray[np.int64]
+    partner: npt.NDArray[np.int64]
+    sign: FloatArray
+
+    def image(self, displacements: FloatArray) -> FloatArray:
+        """Displacements (..., n, 3) of the face that pulls the other way."""
+        return displacements[..., self.nodes, :] * ACROSS
+
+
+def mirror_of(snapshots: SnapshotSet, singles: npt.NDArray[np.int64]) -> Mirror | None:
+    """Mirror of a face, None if it is not symmetric; singles (p,): snapshot of each parameter alone at 1.
+
+    Nodes have to lie on images of nodes, and actions of one side have to move them as those of the other side do.
+    """
+    names = snapshots.inputs.parameters
+    partner = np.array([names.index(other) if (other := _other_side(name)) in names else -1 for name in names])
+    sign = np.array([-1.0 if name in REVERSED else 1.0 for name in names])
+    distances, nodes = cKDTree(snapshots.points).query(snapshots.points * ACROSS)
+    if (partner < 0).any() or (partner == np.arange(len(names))).all() or distances.max() > SAME_PLACE:
+        return None
+    mirror = Mirror(nodes, partner, sign)
+    for parameter in np.flatnonzero(sign > 0.0):
+        here, there = (snapshots.displacements[singles[k]] for k in (parameter, partner[parameter]))
+        if np.abs(mirror.image(here) - there).max() > SAME_MOTION * np.abs(here).max():
+            return None
+    return mirror
+
+
+def _other_side(name: str) -> str:
+    sides = {"_L": "_R", "_R": "_L"}
+    return name[:-2] + sides[name[-2:]] if name[-2:] in sides else name

@@ -1,0 +1,152 @@
+"""The sums behind every frame, sixteen lanes at a time and in registers.
+
+Written in LLVM's vector types, which every processor has some form of: loops over lanes, which numba leaves to the
+compiler's own vectoriser, keep their sums in memory and take twice as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+LANES = 16
+WIDTH = 4 * LANES  # components that `combine` sums at a time
+_FLOAT, _INT = ir.FloatType(), ir.IntType(32)
+_VECTOR = ir.VectorType(_FLOAT, LANES)
+
+
+@numba.njit(cache=True)
+def carry(starts, carriers, weights, order, rest, displacements, out):  # type: ignore[no-untyped-def]
+    """Write rest + weights @ displacements into `out` (3 n), block after block of sixteen vertices.
+
+    Block b sums over the entries starts[b]:starts[b + 1] of carriers, uint32, and weights, sixteen to an entry. order,
+    uint32: vertex in each lane; one that is in several has the same weights and rest there. rest: three to a lane.
+    displacements (3 m). Floats are single, all arrays contiguous and flat; numbers are not checked.
+    """
+    for block in range(len(starts) - 1):
+        _carry_block(starts, carriers, weights, order, rest, displacements, out, block)
+
+
+@numba.njit(cache=True)
+def combine(fields, coordinates, out):  # type: ignore[no-untyped-def]
+    """Write the sums of coordinates (r) times fields, WIDTH components of all r after each other, into `out`.
+
+    Floats are single, all arrays contiguous and flat; `out` is as long as whole blocks are.
+    """
+    for block in range(len(out) // WIDTH):
+        _combine_block(fields, coordinates, out, block, len(coordinates))
+
+
+@intrinsic
+def _combine_block(context, fields, coordinates, out, block, count):  # type: ignore[no-untyped-def]
+    def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        fields, coordinates, out = _pointers(target, builder, signature.args[:3], arguments[:3])
+        block, count = arguments[3:]
+        first = builder.mul(builder.mul(block, count), block.type(WIDTH))
+
+        def terms(number: Any) -> list[tuple[Any, Any]]:
+            start = builder.add(first, builder.mul(number, number.type(WIDTH)))
+            coordinate = _broadcast(builder, _element(builder, coordinates, number))
+            places = (builder.add(start, start.type(offset)) for offset in range(0, WIDTH, LANES))
+            return [(coordinate, _vector(builder, fields, place)) for place in places]
+
+        sums = _sums(builder, count.type(0), count, WIDTH // LANES, terms)
+        for part, total in enumerate(sums):
+            place = builder.add(builder.mul(block, block.type(WIDTH)), block.type(part * LANES))
+            pointer = builder.bitcast(builder.gep(out, [place]), _VECTOR.as_pointer())
+            builder.store(total, pointer, align=4)
+        return target.get_dummy_value()
+
+    return types.void(fields, coordinates, out, types.int64, types.int64), generate
+
+
+@intrinsic
+def _carry_block(  # type: ignore[no-untyped-def]
+    context, starts, carriers, weights, order, rest, displacements, out, block
+):
+    def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        starts, carriers, weights, order, rest, displacements, out = _pointers(
+            target, builder, signature.args[:7], arguments[:7]
+        )
+        block = arguments[7]
+        first, last = (_element(builder, starts, block, offset) for offset in (0, 1))
+
+        def terms(entry: Any) -> list[tuple[Any, Any]]:
+            carrier = builder.mul(builder.zext(_element(builder, carriers, entry), entry.type), entry.type(3))
+            weight = _vector(builder, weights, builder.mul(entry, entry.type(LANES)))
+            return [(weight, _broadcast(builder, _element(builder, displacements, carrier, axis))) for axis in range(3)]
+
+        _scatter(builder, _sums(builder, first, last, 3, terms), block, order, rest, out)
+        return target.get_dummy_value()
+
+    return types.void(starts, carriers, weights, order, rest, displacements, out, types.int64), generate
+
+
+def _pointers(target: Any, builder: Any, kinds: Any, arrays: Any) -> list[Any]:
+    return [target.make_array(kind)(target, builder, value).data for kind, value in zip(kinds, arrays, strict=True)]
+
+
+def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any], list[tuple[Any, Any]]]) -> list[Any]:
+    """`count` vectors: sums over the numbers first:last of the products of the pairs that `terms` gives."""
+    fused = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fma.v{LANES}f32"
+    )
+    before = builder.block
+    head, body, after = (builder.append_basic_block() for _ in range(3))
+    builder.branch(head)
+    builder.position_at_end(head)
+    number = builder.phi(first.type)
+    sums = [builder.phi(_VECTOR) for _ in range(count)]
+    builder.cbranch(builder.icmp_signed("<", number, last), body, after)
+    builder.position_at_end(body)
+    number.add_incoming(first, before)
+    number.add_incoming(builder.add(number, number.type(1)), body)
+    for total, (left, right) in zip(sums, terms(number), strict=True):
+        total.add_incoming(ir.Constant(_VECTOR, [0.0] * LANES), before)
+        total.add_incoming(builder.call(fused, [left, right, total]), body)
+    builder.branch(head)
+    builder.position_at_end(after)
+    return sums
+
+
+def _scatter(builder: Any, sums: list[Any], block: Any, order: Any, rest: Any, out: Any) -> None:
+    """Add the rest shape to the sums of a block and store every vertex in its place."""
+    in_pairs = _shuffled(builder, sums[0], sums[1], range(2 * LANES))
+    third = _shuffled(builder, sums[2], sums[2], range(2 * LANES))
+    floats = []
+    for part in range(3):
+        places = [divmod(LANES * part + lane, 3) for lane in range(LANES)]
+        interleaved = _shuffled(builder, in_pairs, third, [LANES * axis + vertex for vertex, axis in places])
+        start = builder.mul(block, block.type(3 * LANES))
+        at_rest = _vector(builder, rest, builder.add(start, block.type(LANES * part)))
+        total = builder.fadd(interleaved, at_rest)
+        floats += [builder.extract_element(total, _INT(lane)) for lane in range(LANES)]
+    lanes = builder.mul(block, block.type(LANES))
+    for lane in range(LANES):
+        vertex = builder.mul(builder.zext(_element(builder, order, lanes, lane), block.type), block.type(3))
+        for axis in range(3):
+            place = builder.gep(out, [builder.add(vertex, block.type(axis))])
+            builder.store(floats[3 * lane + axis], place)
+
+
+def _element(builder: Any, array: Any, number: Any, offset: int = 0) -> Any:
+    return builder.load(builder.gep(array, [builder.add(number, number.type(offset))]))
+
+
+def _vector(builder: Any, array: Any, number: Any) -> Any:
+    return builder.load(builder.bitcast(builder.gep(array, [number]), _VECTOR.as_pointer()), align=4)
+
+
+def _broadcast(builder: Any, value: Any) -> Any:
+    single = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _INT(0))
+    return _shuffled(builder, single, single, [0] * LANES)
+
+
+def _shuffled(builder: Any, first: Any, second: Any, places: Any) -> Any:
+    mask = ir.Constant(ir.VectorType(_INT, len(places)), list(places))
+    return builder.shuffle_vector(first, second, mask)

@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from risorius.carried_basis import CarriedBasis
+from risorius.errors import InputError
+from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, reconstruction
+
+RANK, CARRIERS = 30, 40
+
+
+def made_up(count: int) -> tuple[CarriedBasis, np.ndarray]:
+    """Basis of `count` vertices, each carried by up to seven of CARRIERS points, one by none, and their rest shape."""
+    rng = np.random.default_rng(3)
+    columns = rng.integers(0, CARRIERS, (count, 7))
+    shares = rng.uniform(-0.1, 1.0, (count, 7))
+    shares[count // 2] = 0.0
+    weights = sp.csr_matrix(
+        (shares.ravel(), (np.repeat(np.arange(count), 7), columns.ravel())), shape=(count, CARRIERS)
+    )
+    weights.eliminate_zeros()
+    fields = rng.normal(size=(RANK, CARRIERS, 3)).astype(np.float32) * 1e-3
+    return CarriedBasis(fields, weights), rng.uniform(-0.1, 0.1, (count, 3)).astype(np.float32)
+
+
+def exact(basis, rest, coordinates):
+    return rest + basis.weights @ np.tensordot(coordinates, basis.fields.astype(np.float64), axes=1)
+
+
+def written(way, coordinates, count):
+    out = np.full((count, 3), np.nan, dtype=np.float32)
+    way.write(coordinates, out)
+    return out
+
+
+@pytest.fixture(params=[CarriedReconstruction, PlainReconstruction])
+def way(request):
+    return request.param
+
+
+@pytest.mark.parametrize("count", [1, 16, 500])  # less than a block, a whole one, and some with a part of one
+@pytest.mark.parametrize("size", [1.0, 1e4])
+def test_vertices_are_the_exact_sum_within_the_stated_error(way, count, size):
+    basis, rest = made_up(count)
+    coordinates = size * np.random.default_rng(5).normal(size=RANK)
+    built = way(basis, rest)
+    error = np.abs(written(built, coordinates, count) - exact(basis, rest, coordinates)).max()
+    assert error <= built.error_bound(coordinates) < 1e-5 * size
+
+
+def test_stated_error_is_that_of_single_precision_and_grows_with_the_coordinates(way):
+    basis, rest = made_up(500)
+    built = way(basis, rest)
+    at_rest, little, much = (built.error_bound(np.full(RANK, size)) for size in (0.0, 1.0, 1e3))
+    assert at_rest == pytest.approx(np.abs(rest).max() * 2.0**-24)
+    assert much - at_rest == pytest.approx(1e3 * (little - at_rest))
+
+
+def test_zero_coordinates_give_the_rest_shape_to_the_last_bit(way):
+    basis, rest = made_up(500)
+    np.testing.assert_array_equal(written(way(basis, rest), np.zeros(RANK), 500), rest)
+
+
+def test_a_vertex_that_nothing_carries_stays(way):
+    basis, rest = made_up(1)
+    np.testing.assert_array_equal(written(way(basis, rest), np.ones(RANK), 1), rest)
+
+
+def test_a_refined_surface_is_carried_and_nodes_themselves_are_not():
+    basis, rest = made_up(500)
+    assert isinstance(reconstruction(basis, rest), CarriedReconstruction)
+    assert isinstance(reconstruction(CarriedBasis.of_vertices(basis.at_vertices()), rest), PlainReconstruction)
+
+
+def test_fields_of_other_carriers_are_refused():
+    with pytest.raises(InputError, match=r"basis: fields \(5, 3, 3\) .* weights \(9, 4\); give fields \(r, 4, 3\)"):
+        CarriedBasis(np.zeros((5, 3, 3), np.float32), sp.csr_matrix((9, 4)))
