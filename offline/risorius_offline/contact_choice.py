@@ -6,8 +6,9 @@ from enum import StrEnum
 
 
 class ContactChoice(StrEnum):
-    """Nothing, which is the seed's natural boundary; bones with teeth and eyeballs; or these and itself."""
+    """Nothing, the seed's natural boundary; bones with teeth and eyeballs; lips at their seam too; or everything."""
 
     NONE = "none"
     BONES = "bones"
+    LIPS = "lips"
     FULL = "full"

@@ -16,6 +16,7 @@ from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.effects.effect import Effect
 from risorius_offline.effects.gravity import UPRIGHT, gravity
 from risorius_offline.effects.lip_contact import LipContact
+from risorius_offline.effects.lip_seam import LipSeam
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.full_model import FullModel
 
@@ -28,7 +29,8 @@ GAP_TOLERANCE = 1e-3
 class EffectChoice:
     """What is off is absent and costs nothing.
 
-    contact: lips and cheeks slide on teeth and bones, and on each other; none is the seed's natural boundary.
+    contact: lips and cheeks slide on teeth and bones, and on each other, at the lips' seam or anywhere; none is the
+    seed's natural boundary.
     gravity: m/s2 in our axes (y up), as it acts on a face whose shape was taken upright; None is upright. prestress:
     of the skin at rest, pascals. force_length: muscles after Hill's curve instead of stress in proportion to stretch.
     """
@@ -51,6 +53,8 @@ class EffectChoice:
         effects: list[Effect] = []
         if self.contact != ContactChoice.NONE:
             effects.append(BoneContact(anatomy, GAP_TOLERANCE))
+        if self.contact == ContactChoice.LIPS:
+            effects.append(LipSeam(anatomy))
         if self.contact == ContactChoice.FULL:
             effects.append(LipContact(anatomy))
         if self.gravity is not None:

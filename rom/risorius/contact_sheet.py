@@ -31,15 +31,22 @@ def draw_sheet(engine: Engine, faces: Sequence[Face], size: tuple[int, int] = (2
     """
     frames = [engine.evaluate(face.weights, muscles=face.muscles) for face in faces]
     model = engine.model
-    pictures = draw_faces(
-        [frame.vertices for frame in frames],
-        engine.triangles,
-        views=VIEWS,
-        size=size,
-        colours=model.colours,
-        companions=[posed_companions(model.companions, model.poses, frame.coordinates) for frame in frames],
+    return arrange(
+        draw_faces(
+            [frame.vertices for frame in frames],
+            engine.triangles,
+            views=VIEWS,
+            size=size,
+            colours=model.colours,
+            companions=[posed_companions(model.companions, model.poses, frame.coordinates) for frame in frames],
+        ),
+        [face.label for face in faces],
     )
-    cells = [_labelled(np.concatenate(row, axis=1), face.label) for row, face in zip(pictures, faces, strict=True)]
+
+
+def arrange(pictures: Sequence[Sequence[npt.NDArray[np.uint8]]], labels: Sequence[str]) -> npt.NDArray[np.uint8]:
+    """Return one picture of pictures of faces, each from several views side by side with its label beneath."""
+    cells = [_labelled(np.concatenate(row, axis=1), label) for row, label in zip(pictures, labels, strict=True)]
     columns = math.ceil(len(cells) / math.ceil(len(cells) / COLUMNS))  # as many in every row as can be
     blank = np.full_like(cells[0], _PAPER)
     cells += [blank] * (-len(cells) % columns)

@@ -20,6 +20,7 @@ class ActionUnit:
     muscles: activation of each muscle at weight 1, both sides, by its name without `_L` or `_R`.
     poses: weight of each pose input at weight 1; of the lids both sides, without `_L` or `_R`.
     substitutes: muscles taken instead when a model has none of `muscles` and `poses`.
+    helpers: muscles that act along with either of them, as far as a model has them.
     """
 
     number: int
@@ -27,6 +28,7 @@ class ActionUnit:
     muscles: Mapping[str, float] = field(default_factory=dict)
     poses: Mapping[str, float] = field(default_factory=dict)
     substitutes: Mapping[str, float] = field(default_factory=dict)
+    helpers: Mapping[str, float] = field(default_factory=dict)
 
 
 _MARGINAL, _PERIPHERAL = "orbicularis_oris_marginalis", "orbicularis_oris_peripheralis"
@@ -35,10 +37,14 @@ _LID = "upper_lid"
 _LEVATOR = "levator_palpebrae_superioris"
 
 
-def _lips(number: int, name: str, marginal: float = 0.0, peripheral: float = 0.0) -> ActionUnit:
-    """Return a unit of orbicularis oris, whose parts are divided into upper and lower or, as substitutes, are not."""
+def _lips(number: int, name: str, marginal: float = 0.0, peripheral: float = 0.0, held: float = 0.0) -> ActionUnit:
+    """Return a unit of orbicularis oris, whose parts are divided into upper and lower or, as substitutes, are not.
+
+    held: share of buccinator, against which lips tighten: without it they shorten, and swell.
+    """
     shares = {part: share for part, share in ((_MARGINAL, marginal), (_PERIPHERAL, peripheral)) if share}
-    return ActionUnit(number, name, _upper_and_lower(shares), substitutes=shares)
+    helpers = {"buccinator": held} if held else {}
+    return ActionUnit(number, name, _upper_and_lower(shares), substitutes=shares, helpers=helpers)
 
 
 def _upper_and_lower(shares: Mapping[str, float]) -> dict[str, float]:
@@ -49,7 +55,7 @@ _ROWS = (
     ActionUnit(1, "Inner Brow Raiser", {"frontalis_medialis": 1.0}),
     ActionUnit(2, "Outer Brow Raiser", {"frontalis_lateralis": 1.0}),
     ActionUnit(4, "Brow Lowerer", {"procerus": 1.0, "depressor_supercilii": 1.0, "corrugator_supercilii": 1.0}),
-    ActionUnit(5, "Upper Lid Raiser", poses={_LID: -0.25}, substitutes={_LEVATOR: 1.0}),
+    ActionUnit(5, "Upper Lid Raiser", poses={_LID: -0.3}, substitutes={_LEVATOR: 1.0}),
     ActionUnit(6, "Cheek Raiser", {_ORBITAL: 1.0}),
     ActionUnit(7, "Lid Tightener", {_PALPEBRAL: 1.0}, {_LID: 0.1}),
     _lips(8, "Lips Toward Each Other", marginal=0.5, peripheral=0.5),
@@ -75,16 +81,16 @@ _ROWS = (
     ActionUnit(20, "Lip Stretcher", {"risorius": 1.0}),
     ActionUnit(21, "Neck Tightener", {"platysma": 1.0}),  # not in Table 7.2; in FACS
     _lips(22, "Lip Funneler", peripheral=0.8),
-    _lips(23, "Lip Tightener", marginal=1.0),
-    _lips(24, "Lip Pressor", marginal=0.7, peripheral=0.4),
+    _lips(23, "Lip Tightener", marginal=1.0, held=0.5),
+    _lips(24, "Lip Pressor", marginal=1.0, peripheral=0.4, held=0.8),
     ActionUnit(25, "Lips Part", {"depressor_labii_inferioris": 0.5}),
     ActionUnit(26, "Jaw Drop", poses={"jaw_open": 0.5}),
     ActionUnit(27, "Mouth Stretch", poses={"jaw_open": 1.0}),
-    _lips(28, "Lip Suck", marginal=1.0, peripheral=0.2),
+    _lips(28, "Lip Suck", marginal=1.0, peripheral=0.2, held=0.8),
     ActionUnit(38, "Nostril Dilator", {"nasalis_alaris": 1.0}),
     ActionUnit(39, "Nostril Compressor", {"nasalis_transversa": 1.0, "depressor_septi_nasi": 1.0}),
     ActionUnit(41, "Lid Droop", poses={_LID: 0.4}),
-    ActionUnit(42, "Slit", {_PALPEBRAL: 0.4}, {_LID: 0.75}),
+    ActionUnit(42, "Slit", {_PALPEBRAL: 0.4}, {_LID: 0.65}),
     ActionUnit(43, "Eyes Closed", poses={_LID: 1.0}),
     ActionUnit(44, "Squint", {_PALPEBRAL: 1.0}, {_LID: 0.5}),
     ActionUnit(45, "Blink", {_PALPEBRAL: 0.5}, {_LID: 1.0}),

@@ -153,7 +153,8 @@ class InputTable:
             named = {f"{name}_{side}" if side else name: share for name, share in table.items()}
             present = {name: share for name, share in named.items() if name in self._parameter_index}
             if present:
-                return present
+                helpers = {f"{name}_{side}" if side else name: share for name, share in unit.helpers.items()}
+                return present | {name: share for name, share in helpers.items() if name in self._parameter_index}
         return {}
 
     def _drive_of(self, name: str) -> Mapping[str, float]:

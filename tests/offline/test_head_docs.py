@@ -13,7 +13,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "head.md"
 
 def units_of(muscle):
     """Numbers of the action units that have a muscle, as the table gives them."""
-    return ", ".join(str(unit.number) for unit in ACTION_UNITS.values() if muscle in unit.muscles)
+    return ", ".join(str(unit.number) for unit in ACTION_UNITS.values() if muscle in {**unit.muscles, **unit.helpers})
 
 
 def rows():

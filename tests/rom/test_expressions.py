@@ -22,7 +22,7 @@ def units_of(name: str) -> set[str]:
         ("happiness", (6, 12)),
         ("surprise", (1, 2, 5, 26)),
         ("sadness", (1, 4, 15)),
-        ("anger", (4, 5, 7, 23)),
+        ("anger", (4, 5, 7, 17, 24)),
         ("fear", (1, 2, 4, 5, 7, 20, 26)),
         ("disgust", (9, 15, 16)),
         ("smile", (12,)),

@@ -13,8 +13,8 @@ Contact = Annotated[
     ContactChoice | None,
     typer.Option(
         "--contact",
-        help="Lips and cheeks slide on teeth and bones, in full also on each other. By default on the bones of the "
-        "built-in head, on nothing elsewhere.",
+        help="Lips and cheeks slide on teeth and bones; lips also on each other, or in full all of the surface. By "
+        "default as lips on the built-in head, on nothing elsewhere.",
         show_default=False,
     ),
 ]
@@ -27,7 +27,7 @@ Gravity = Annotated[
 
 
 def contact_of(source: str, asked: ContactChoice | None) -> ContactChoice:
-    """Contact as asked for, else on the bones of a built-in head and on nothing elsewhere."""
+    """Contact as asked for, else of lips and bones on a built-in head and of nothing elsewhere."""
     if asked is not None:
         return asked
-    return ContactChoice.BONES if source in HEADS else ContactChoice.NONE
+    return ContactChoice.LIPS if source in HEADS else ContactChoice.NONE

@@ -16,8 +16,8 @@ TEETH, GUMS, TONGUE, THROAT = (236, 228, 210), (190, 110, 104), (170, 84, 80), (
 _LIP_MIDDLE = -46.0
 _UPPER_LIP, _CUPIDS_BOW, _LOWER_LIP = 5.4, 0.9, 8.0  # heights of the vermilion, millimetres
 _BROW_X = (10.0, 17.0, 25.0, 33.0, 41.0, 48.0)
-_BROW_Y = (33.5, 36.3, 37.8, 38.2, 36.5, 33.0)
-_BROW_HALF_HEIGHT = (3.2, 3.4, 3.0, 2.6, 2.0, 0.8)
+_BROW_Y = (35.0, 36.9, 38.0, 38.3, 36.8, 33.6)
+_BROW_HALF_HEIGHT = (2.6, 3.0, 2.8, 2.4, 1.8, 0.8)
 _BROW_COVER = 0.85
 
 

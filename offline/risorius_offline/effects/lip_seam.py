@@ -1,0 +1,117 @@
+"""Contact of lips with each other along the seam where they meet at rest: a one-sided, frictionless, cheap penalty.
+
+Every node p of a free boundary that faces another one nearby at rest is paired for good with its foot on the triangle
+it faces. The gap g = n . (x_p - foot), n the triangle's normal at rest, is linear in the displacement, and
+
+    E = sum over pairs  A_p/2 p0 d / 3 ((d - g) / d)^3  for g < d, otherwise 0
+
+is convex and twice continuously differentiable: it shortens no step and needs no projection. d is the gap tolerance,
+or the gap at rest where that is less: rest is free of contact. Half of the area: a contact is seen from both sides.
+Pairs hold for lips that close, tighten, slide and pucker by less than their own thickness; what sees everything that
+may touch is `lip_contact.py`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from risorius.jaw import FloatArray
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.discretisation import IntArray
+from risorius_offline.effects.contact_surface import ContactSurface
+from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.pairs import PairList
+from risorius_offline.effects.point_triangle import TRIANGLE, closest_point, compiled
+
+GAP_TOLERANCE, LEAST_TOLERANCE = 0.5e-3, 0.2e-3  # metres; the least is that of corners, where lips touch at rest
+PRESSURE = 50e3  # Pa, at zero gap
+REACH = 2.5e-3  # between faces at rest, metres
+FACING = -0.7  # cosine of the angle between normals of faces that can meet
+
+
+class LipSeam:
+    """The effect for an anatomy. nodes (k, 4): of the pairs, first the one that faces the other three."""
+
+    def __init__(self, anatomy: Anatomy) -> None:
+        surface = ContactSurface.of(anatomy)
+        free = np.flatnonzero(~surface.bone)
+        candidates = PairList(surface, free, REACH, 0.0).at(surface.points)
+        normals = _normals(surface.points, surface.triangles)
+        pairs, feet = _facing(
+            surface.points, candidates, surface.triangles, normals, surface.bone, surface.fans, surface.fan_starts
+        )
+        own, across = pairs.T
+        self.nodes = surface.nodes[np.column_stack([own, surface.triangles[across]])]
+        self._shares = np.column_stack([np.ones(len(pairs)), -feet])  # of the four nodes in the gap
+        self._normals = normals[across]
+        rest = np.einsum("ka,kai->ki", self._shares, anatomy.points[self.nodes])
+        self._gaps = np.einsum("ki,ki->k", self._normals, rest)
+        self._tolerance = np.clip(self._gaps, LEAST_TOLERANCE, GAP_TOLERANCE)
+        self._onset = np.minimum(self._gaps, self._tolerance)
+        self._scale = 0.5 * surface.areas[own] * PRESSURE / self._tolerance**2
+
+    def set_parameters(self, parameters: FloatArray) -> None:
+        """Do nothing: contact does not depend on muscles or pose weights."""
+
+    def gaps(self, u: FloatArray) -> FloatArray:
+        """Gap (k,) of every pair, metres; negative where lips pass through each other."""
+        moved = np.einsum("ka,kai->ki", self._shares, u[self.nodes])
+        result: FloatArray = self._gaps + np.einsum("ki,ki->k", self._normals, moved)
+        return result
+
+    def energy(self, u: FloatArray) -> float:
+        """Joules; finite everywhere."""
+        return float(self._scale @ self._overlap(u) ** 3) / 3.0
+
+    def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
+        """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
+        overlap = self._overlap(u)
+        pressed = -(self._scale * overlap**2)[:, None] * self._normals
+        np.add.at(forces, self.nodes, self._shares[:, :, None] * pressed[:, None, :])
+        return float(self._scale @ overlap**3) / 3.0
+
+    def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
+        """Positive semi-definite blocks of all pairs, zero without contact, so that their pattern stays."""
+        gradient = (self._shares[:, :, None] * self._normals[:, None, :]).reshape(len(self.nodes), 12)
+        stiffness = 2.0 * self._scale * self._overlap(u)
+        return NodeBlocks(self.nodes, stiffness[:, None, None] * gradient[:, :, None] * gradient[:, None, :])
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Return 1: every displacement is admissible."""
+        return 1.0
+
+    def _overlap(self, u: FloatArray) -> FloatArray:
+        return np.maximum(self._onset - self.gaps(u), 0.0)
+
+
+def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    normal = np.cross(b - a, c - a)
+    result: FloatArray = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    return result
+
+
+@compiled
+def _facing(x, pairs, triangles, normals, bone, fans, fan_starts):  # type: ignore[no-untyped-def]
+    """Nearest triangle in front that each node faces, pairs (k, 2), and weights of its foot (k, 3).
+
+    A node faces what is opposite to one of its own triangles. Prescribed nodes take no part.
+    """
+    nearest, partner, feet = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros((len(x), 3))
+    pair, w = np.empty((4, 3)), np.empty(3)
+    for p, t in pairs:
+        a, b, c = triangles[t]
+        if bone[p] or bone[a] or bone[b] or bone[c]:
+            continue
+        opposite = 1.0
+        for k in range(fan_starts[p], fan_starts[p + 1]):
+            opposite = min(opposite, normals[fans[k]] @ normals[t])
+        if opposite > FACING or normals[t] @ (x[p] - x[a]) < 0.0:
+            continue
+        pair[0], pair[1], pair[2], pair[3] = x[p], x[a], x[b], x[c]
+        distance = closest_point(pair, TRIANGLE, w)
+        if distance < min(nearest[p], REACH):
+            nearest[p], partner[p] = distance, t
+            feet[p] = w
+    found = np.flatnonzero(partner >= 0)
+    return np.column_stack((found, partner[found])), feet[found]

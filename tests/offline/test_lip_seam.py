@@ -1,0 +1,98 @@
+"""Contact at the seam of two blocks that face each other: pairs, energy, and how near they come under pressure."""
+
+import numpy as np
+import pytest
+
+from risorius.mechanics.material import Yeoh
+from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.discretisation import CellBlock
+from risorius_offline.effects.contact_surface import ContactSurface
+from risorius_offline.effects.dead_load import DeadLoad
+from risorius_offline.effects.lip_seam import GAP_TOLERANCE, PRESSURE, REACH, LipSeam
+from risorius_offline.full_model import FullModel
+from risorius_offline.newton import GuardedNewton, SolverReport
+from tests.offline.meshes import box
+
+EDGE = 10e-3
+
+
+def blocks(gap):
+    """Two cubes with 10 mm edges, one above the other, each held on the side away from the gap."""
+    lower, block = box("hexahedron", (3, 2, 3), (EDGE, EDGE, EDGE))
+    upper = lower + np.array([0.0, EDGE + gap, 0.0])
+    points = np.concatenate([lower, upper])
+    connectivity = np.concatenate([block.connectivity, block.connectivity + len(lower)])
+    return Anatomy(
+        name="two blocks",
+        points=points,
+        cells=(CellBlock("hexahedron", connectivity, np.zeros(len(connectivity), dtype=np.int64)),),
+        materials=(Yeoh.neo_hookean(15e3, 0.45),),
+        skull=np.isclose(points[:, 1], 0.0) | np.isclose(points[:, 1], points[:, 1].max()),
+        jaw=np.zeros(len(points), dtype=bool),
+        skin=np.zeros((0, 3), dtype=np.int64),
+        muscles=(),
+        jaw_motion=None,
+    )
+
+
+def test_every_node_of_two_faces_that_meet_has_a_pair_and_no_other_node():
+    anatomy = blocks(1e-3)
+    facing = np.isclose(anatomy.points[:, 1], EDGE) | np.isclose(anatomy.points[:, 1], EDGE + 1e-3)
+    np.testing.assert_array_equal(np.sort(LipSeam(anatomy).nodes[:, 0]), np.flatnonzero(facing))
+
+
+def test_faces_farther_apart_than_the_reach_are_no_seam():
+    assert not len(LipSeam(blocks(1.1 * REACH)).nodes)
+
+
+def test_gap_is_what_separates_the_faces():
+    anatomy = blocks(1e-3)
+    u = np.where(anatomy.points[:, [1]] > EDGE + 0.5e-3, [0.0, -0.7e-3, 0.0], 0.0)
+    np.testing.assert_allclose(LipSeam(anatomy).gaps(u), 0.3e-3, rtol=1e-9)
+
+
+def test_rest_is_free_of_contact_also_where_faces_are_nearer_than_the_tolerance():
+    anatomy = blocks(0.1 * GAP_TOLERANCE)
+    rest = np.zeros_like(anatomy.points)
+    assert LipSeam(anatomy).energy(rest) == 0.0
+
+
+def test_energy_of_closed_faces_is_the_pressure_integrated_over_the_gap():
+    """Both sides together carry p(g) = p0 ((d - g) / d)^2; from g = d to 0 that is p0 d / 3 for every square metre."""
+    anatomy = blocks(1e-3)
+    u = np.where(anatomy.points[:, [1]] > EDGE + 0.5e-3, [0.0, -1e-3, 0.0], 0.0)
+    facing = np.isclose(anatomy.points[:, 1], EDGE) | np.isclose(anatomy.points[:, 1], EDGE + 1e-3)
+    surface = ContactSurface.of(anatomy)
+    area = 0.5 * surface.areas[facing[surface.nodes]].sum()
+    assert LipSeam(anatomy).energy(u) == pytest.approx(area * PRESSURE * GAP_TOLERANCE / 3.0, rel=1e-9)
+
+
+def test_forces_and_second_derivatives_are_those_of_the_energy():
+    anatomy = blocks(0.4e-3)
+    seam, rng = LipSeam(anatomy), np.random.default_rng(0)
+    u, way = 2e-4 * rng.normal(size=anatomy.points.shape), rng.normal(size=anatomy.points.shape)
+    forces, h = np.zeros_like(u), 1e-8
+    seam.add_forces(u, forces)
+    slope = (seam.energy(u + h * way) - seam.energy(u - h * way)) / (2.0 * h)
+    assert float((forces * way).sum()) == pytest.approx(slope, rel=1e-6)
+    ahead, behind = np.zeros_like(u), np.zeros_like(u)
+    seam.add_forces(u + h * way, ahead)
+    seam.add_forces(u - h * way, behind)
+    found = seam.second_derivatives(u, project=False)
+    along = way[found.nodes].reshape(len(found.nodes), -1)
+    curvature = float(np.einsum("ki,kij,kj->", along, found.matrices, along))
+    assert curvature == pytest.approx(float(((ahead - behind) * way).sum()) / (2.0 * h), rel=1e-5)
+
+
+def test_foundpressed_together_do_not_pass_through_each_other():
+    anatomy = blocks(1e-3)
+    upper = np.isclose(anatomy.points[:, 1], EDGE + 1e-3)
+    load = np.where(upper[:, None], [0.0, -0.02, 0.0], 0.0)
+    seam = LipSeam(anatomy)
+    u = {}
+    for effects in ((DeadLoad(load),), (DeadLoad(load), seam)):
+        model = FullModel(anatomy, effects)
+        model.set_parameters(np.zeros(0))
+        u[len(effects)] = GuardedNewton(1e-8, 50).minimise(model, np.zeros_like(anatomy.points), SolverReport())
+    assert seam.gaps(u[1]).min() < 0.0
+    assert seam.gaps(u[2]).min() > 0.0
