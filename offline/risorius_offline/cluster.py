@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from importlib.metadata import version
 
 import dask
+import numpy as np
+import numpy.typing as npt
 from distributed import Client, LocalCluster, Worker, WorkerPlugin, get_worker
 
 from risorius.errors import InputError
@@ -92,7 +94,16 @@ class ModelOnWorker(WorkerPlugin):
         return self._solvers.solver
 
 
-def solve_on_worker(name: str, parameters: FloatArray, known: tuple[State, ...], *before: Outcome) -> Outcome:
-    """Solve a sample with the model of that name; known, before: what its path has solved so far."""
+def solve_on_worker(
+    name: str,
+    parameters: FloatArray,
+    guess: npt.NDArray[np.float32] | None,
+    known: tuple[State, ...],
+    *before: Outcome,
+) -> Outcome:
+    """Solve a sample with the model of that name.
+
+    guess: displacement (n, 3) that is to be expected. known, before: what its path has solved so far.
+    """
     solver: SampleSolver = get_worker().plugins[name].solver()
-    return solver.solve(parameters, [*known, *(outcome.state for outcome in before if outcome.state)])
+    return solver.solve(parameters, guess, [*known, *(outcome.state for outcome in before if outcome.state)])

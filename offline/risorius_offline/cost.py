@@ -60,8 +60,8 @@ def estimate(run: Run, plan: Samples, workers: int) -> Cost:
     solver = SampleSolver(EquilibriumSolver(choice.effects.model(choice.anatomy)), choice.derivatives)
     kind = next(kind for kind in TIMED_KINDS if kind in plan.kinds)
     timed = plan.parameters[list(plan.kinds).index(kind)]
-    solver.solve(WARM_UP * timed, [])
-    outcome = solver.solve(timed, [])
+    solver.solve(WARM_UP * timed, None, [])
+    outcome = solver.solve(timed, None, [])
     solved = outcome.solved
     if solved is None:
         raise SolverError(f"the sample that was to be timed has no equilibrium: {outcome.failure}")

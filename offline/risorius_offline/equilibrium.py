@@ -23,6 +23,8 @@ TOLERANCE_ON_THE_WAY = 1e-1
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
+# Of the way to a guess that is not admissible.
+MOST_HALVINGS = 3
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
 
@@ -99,6 +101,35 @@ class EquilibriumSolver:
                     f"{report.iterations} iterations; lower the activations or the jaw weight",
                     report,
                 )
+        return self._told(state, report)
+
+    def settle(self, parameters: FloatArray, guess: FloatArray) -> Equilibrium:
+        """Equilibrium at parameters (p,) beside a guess (n, 3) of its displacement.
+
+        Raises InputError as `solve` does, and NotConvergedError when no equilibrium is in reach.
+        """
+        target, report = self._checked(parameters), SolverReport(steps=1)
+        start = self._towards(guess, target)
+        found = None if start is None else self._minimum(self.model, start, report, None)
+        if found is None:
+            raise NotConvergedError(f"no equilibrium beside a guess at {self._describe(target)}", report)
+        return self._told(Equilibrium(target, found), report)
+
+    def _towards(self, guess: FloatArray, target: FloatArray) -> FloatArray | None:
+        """The guess (n, 3), bones where the target has them, if need be only halfway there and halfway again.
+
+        It starts from where tissue at rest follows the bones. None when no such state is admissible.
+        """
+        rest = self.rest()
+        self.model.set_parameters(rest.parameters)
+        following = self.model.follow_bones(rest.u, rest.parameters, target)
+        self.model.set_parameters(target)
+        way = np.where(self.model.anatomy.prescribed[:, None], 0.0, guess - following)
+        halfway = (following + 0.5**halvings * way for halvings in range(1 + MOST_HALVINGS))
+        return next((u for u in halfway if self.model.admits(u)), None)
+
+    def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
+        """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
         report.converged = True
         found = replace(state, report=report)
         if report.stable:

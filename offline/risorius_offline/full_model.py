@@ -133,7 +133,7 @@ class FullModel:
     def tangents(self, u: FloatArray) -> Tangents:
         """Second derivatives of the energy at u in all projections; u and the parameters must not change meanwhile."""
         return Tangents(
-            lambda project: self._wall_tangent(u, project), lambda project: self._tangent_beside_walls(u, project)
+            lambda project: self._tangent_of_obstacles(u, project), lambda project: self._tangent_of_tissue(u, project)
         )
 
     def tangent(self, u: FloatArray, projection: Projection = TRUE) -> tuple[FloatArray, list[NodeBlocks]]:
@@ -148,6 +148,10 @@ class FullModel:
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
         return self.system.solve(right_hand_side)
+
+    def admits(self, u: FloatArray) -> bool:
+        """Whether a displacement may be started from: its energy is finite, and every effect admits it."""
+        return bool(np.isfinite(self.energy(u))) and all(effect.admits(u) for effect in self.effects)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
@@ -205,17 +209,17 @@ class FullModel:
         blocks = self.discretisation.blocks
         return np.concatenate([np.linalg.det(block.deformation_gradients(u)).ravel() for block in blocks])
 
-    def _wall_tangent(self, u: FloatArray, project: bool) -> FloatArray:
+    def _tangent_of_obstacles(self, u: FloatArray, project: bool) -> tuple[FloatArray, list[NodeBlocks]]:
         values = np.zeros(self.discretisation.pattern.nnz)
         for wall in self.walls:
             wall.add_tangent(u, project, values)
-        return values
+        return values, [effect.second_derivatives(u, project=project) for effect in self.effects]
 
-    def _tangent_beside_walls(self, u: FloatArray, project: bool) -> tuple[FloatArray, list[NodeBlocks]]:
+    def _tangent_of_tissue(self, u: FloatArray, project: bool) -> FloatArray:
         values = self.tissue.tangent(u, project=project).copy()
         if not self._fibres_in_tissue:
             self.fibres.add_tangent(u, self._activations, project, values)
-        return values, [effect.second_derivatives(u, project=project) for effect in self.effects]
+        return values
 
     @cached_property
     def _muscle_forces_at_rest(self) -> FloatArray:

@@ -24,9 +24,9 @@ from risorius_offline.tangents import PROJECTED, TRUE, Projection, Tangents
 ARMIJO = 1e-4
 SMALLEST_STEP_LENGTH = 1e-6
 GOOD_CONTRACTION = 0.25
-# Tried one after the other. Walls cost little to project, and are often all that is not convex.
+# Tried one after the other. Obstacles cost little to project.
 PROJECTIONS = (TRUE, Projection(True, 0.0), Projection(True, 0.25), PROJECTED)
-ONLY_WALLS = 1
+ONLY_OBSTACLES = 1
 # Changes of the energy below this, relative to its scale, are rounding, and the line search cannot judge them.
 ENERGY_PRECISION = 1e-13
 
@@ -134,7 +134,7 @@ def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
     tangents = energy.tangents(u)
     for trial in range(level, len(PROJECTIONS)):
-        if trial == ONLY_WALLS and not tangents.at_walls:
+        if trial == ONLY_OBSTACLES and not tangents.at_obstacles:
             continue
         report.factorisations += 1
         report.projections += trial > 0

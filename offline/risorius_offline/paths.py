@@ -1,7 +1,8 @@
 """The waiting samples of a snapshot file as tasks of a Dask cluster.
 
-Samples are solved along short paths, each from the nearest equilibrium that its path has so far, so that results depend
-neither on the number of workers nor on where a run was interrupted. Each sample is a task of its own that depends on
+Samples are solved along short paths, each from what the first samples of the file let expect there, or from the nearest
+equilibrium that its path has so far, so that results depend neither on the number of workers nor on where a run was
+interrupted. Each sample is a task of its own that depends on
 those before it on its path: Dask keeps a path on one worker, and repeats on another what a lost worker had.
 """
 
@@ -20,6 +21,7 @@ from risorius.errors import SolverError
 from risorius.snapshot_file import FAILED, SOLVED, WAITING
 from risorius.snapshot_store import SnapshotStore
 from risorius_offline.cluster import solve_on_worker
+from risorius_offline.foundation import Interpolation, foundation
 from risorius_offline.sample import Outcome, State
 
 POLL_SECONDS = 0.5
@@ -67,7 +69,10 @@ class _Work:
 
     def __init__(self, store: SnapshotStore, client: Client, model: str) -> None:
         self._store, self._client, self._model = store, client, model
-        self._untouched = deque(dict.fromkeys(store.paths[store.states == WAITING].tolist()))
+        waiting = set(store.paths[store.states == WAITING].tolist())
+        # In the order of their first rows: what a path waits for is not behind it.
+        self._untouched = deque(path for path in dict.fromkeys(store.paths.tolist()) if path in waiting)
+        self._interpolations: dict[int, Interpolation | None] = {0: None}
         self._begun: dict[int, dict[int, Future]] = {}
         self._suspects: deque[int] = deque()
         self._alone: int | None = None
@@ -81,12 +86,19 @@ class _Work:
     def submit_paths(self) -> bool:
         """Keep all workers busy; return whether anything is left to wait for."""
         self._count_workers()
-        while self._untouched and len(self._begun) < PATHS_PER_WORKER * max(1, self._workers):
+        most = PATHS_PER_WORKER * max(1, self._workers)
+        while self._untouched and len(self._begun) < most and self._is_ready(self._untouched[0]):
             self._submit(self._untouched.popleft())
         if not self._begun and self._suspects:
             self._alone = self._suspects.popleft()
             self._submit(self._alone)
         return bool(self._begun)
+
+    def _foundation(self, path: int) -> int:
+        return foundation(int(np.argmax(self._store.paths == path)))
+
+    def _is_ready(self, path: int) -> bool:
+        return not (self._store.states[: self._foundation(path)] == WAITING).any()
 
     def _count_workers(self) -> None:
         self._workers = sum(self._client.nthreads().values())
@@ -119,13 +131,21 @@ class _Work:
         """Submit the waiting samples of a path, each with what comes before it there."""
         store, tasks = self._store, dict[int, Future]()
         known: list[State] = []
+        expected = self._interpolation(self._foundation(path))
         for row in np.flatnonzero(store.paths == path).tolist():
             if store.states[row] == SOLVED:
                 known.append(State(store.parameters[row], store.displacement(row)))
             elif store.states[row] == WAITING:
-                arguments = (self._model, store.parameters[row], tuple(known), *tasks.values())
+                guess = expected.displacement(store.parameters[row]) if expected else None
+                arguments = (self._model, store.parameters[row], guess, tuple(known), *tasks.values())
                 tasks[row] = self._client.submit(solve_on_worker, *arguments, pure=False)
         self._begun[path] = tasks
+
+    def _interpolation(self, count: int) -> Interpolation | None:
+        """Between the first samples; only the last one asked for is kept."""
+        if count not in self._interpolations:
+            self._interpolations = {0: None, count: Interpolation.of(self._store, count)}
+        return self._interpolations[count]
 
     def _take(self, path: int, row: int) -> None:
         """Record a finished task; the last of a path lets go of them all."""

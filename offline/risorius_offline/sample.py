@@ -55,14 +55,16 @@ class SampleSolver:
     def _rest(self) -> Equilibrium:
         return self.solver.rest()
 
-    def solve(self, parameters: FloatArray, states: Sequence[State]) -> Outcome:
-        """Solve from the nearest of `states`; else from rest; else from rest in small steps.
+    def solve(self, parameters: FloatArray, guess: npt.NDArray[np.float32] | None, states: Sequence[State]) -> Outcome:
+        """Solve from a guess (n, 3) of the displacement; else from the nearest of `states`; else from rest.
+
+        At last it is solved from rest in small steps.
 
         It does not raise SolverError: the outcome says what the last attempt met with.
         """
         begun = time.thread_time()
         failure, attempts = "", 0
-        for attempt in self._attempts(parameters, states):
+        for attempt in self._attempts(parameters, guess, states):
             attempts += 1
             try:
                 solved = self._solved(attempt())
@@ -72,7 +74,11 @@ class SampleSolver:
                 failure = str(error) or type(error).__name__
         return Outcome(parameters, None, {"attempts": attempts, "seconds": time.thread_time() - begun}, failure)
 
-    def _attempts(self, parameters: FloatArray, states: Sequence[State]) -> Iterator[Callable[[], Equilibrium]]:
+    def _attempts(
+        self, parameters: FloatArray, guess: npt.NDArray[np.float32] | None, states: Sequence[State]
+    ) -> Iterator[Callable[[], Equilibrium]]:
+        if guess is not None:
+            yield lambda: self.solver.settle(parameters, guess.astype(np.float64))
         known = [self._rest, *(Equilibrium(s.parameters, s.displacement.astype(np.float64)) for s in states)]
         nearest = min(known, key=lambda state: float(np.linalg.norm(state.parameters - parameters)))
         if nearest is not self._rest:

@@ -11,9 +11,12 @@ from risorius_offline.effects.effect import NodeBlocks
 
 
 class Projection(NamedTuple):
-    """Whether walls are projected, and the share of the projection of all else: a mixture with the true derivatives."""
+    """Whether obstacles are projected, and the share of the projection of tissue: a mixture with the true derivatives.
 
-    walls: bool
+    Obstacles are walls and what effects add, contact above all: little of the whole, but often all that is not convex.
+    """
+
+    obstacles: bool
     share: float
 
 
@@ -23,28 +26,27 @@ TRUE, PROJECTED = Projection(False, 0.0), Projection(True, 1.0)
 class Tangents:
     """The tangent at one state in all projections; each of its parts is computed once, when it is first asked for.
 
-    of_walls and of_others take whether to project: values (nnz,) in a pattern, for all but walls with blocks besides.
+    of_obstacles and of_tissue take whether to project: values (nnz,) in a pattern, for obstacles with blocks besides.
     """
 
     def __init__(
         self,
-        of_walls: Callable[[bool], FloatArray],
-        of_others: Callable[[bool], tuple[FloatArray, list[NodeBlocks]]],
+        of_obstacles: Callable[[bool], tuple[FloatArray, list[NodeBlocks]]],
+        of_tissue: Callable[[bool], FloatArray],
     ) -> None:
-        self._of_walls, self._of_others = cache(of_walls), cache(of_others)
+        self._of_obstacles, self._of_tissue = cache(of_obstacles), cache(of_tissue)
 
     @property
-    def at_walls(self) -> bool:
-        """Whether any cell is at its wall."""
-        return bool(self._of_walls(False).any())
+    def at_obstacles(self) -> bool:
+        """Whether any cell is at its wall, or any effect has second derivatives."""
+        values, blocks = self._of_obstacles(False)
+        return bool(values.any()) or any(len(block.nodes) > 0 for block in blocks)
 
     def mixed(self, projection: Projection) -> tuple[FloatArray, list[NodeBlocks]]:
         """Values (nnz,) in the pattern and node blocks."""
-        values, blocks = self._of_walls(projection.walls).copy(), []
+        obstacles, blocks = self._of_obstacles(projection.obstacles)
+        values = obstacles.copy()
         for share, project in ((1.0 - projection.share, False), (projection.share, True)):
-            if share == 0.0:
-                continue
-            others, beside = self._of_others(project)
-            values += share * others
-            blocks += [NodeBlocks(block.nodes, share * block.matrices) for block in beside]
+            if share > 0.0:
+                values += share * self._of_tissue(project)
         return values, blocks

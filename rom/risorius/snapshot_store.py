@@ -24,6 +24,7 @@ from risorius import storage
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.journalled_file import IDENTITY_BYTES, FileWriter
+from risorius.poses import Poses
 from risorius.snapshot_file import FAILED, SCHEMA, SCHEMA_VERSION, SOLVED, WAITING, Face, reading
 
 USER_BLOCK = 512
@@ -73,6 +74,8 @@ class SnapshotStore:
         self._view, self._file, self._samples = view, file, file["samples"]
         self.settings: Mapping[str, Any] = json.loads(file.attrs["settings"])
         self.provenance: Mapping[str, Any] = json.loads(file.attrs["provenance"])
+        self._muscle_count, self._poses = len(file["face/muscles"]), Poses.read(file["face"])
+        self._lift_fields: FloatArray = file["face/lift_fields"][()]
         self.parameters: FloatArray = self._samples["parameters"][()]
         self.kinds: npt.NDArray[np.bytes_] = self._samples["kind"][()]
         self.held_out: npt.NDArray[np.bool_] = self._samples["held_out"][()]
@@ -117,6 +120,11 @@ class SnapshotStore:
     def displacement(self, row: int) -> npt.NDArray[np.float32]:
         """Stored displacement (n, 3) of a solved sample."""
         return np.asarray(self._samples["displacements"][row])
+
+    def following(self, parameters: FloatArray) -> FloatArray:
+        """Displacement (n, 3) with which tissue follows the bones and lids at parameters (p,), to first order."""
+        lifts = self._poses.lift_coordinates(parameters[self._muscle_count :])
+        return np.tensordot(lifts, self._lift_fields, axes=1)
 
     def failures(self) -> list[str]:
         """Why samples were given up."""

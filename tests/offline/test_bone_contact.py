@@ -217,6 +217,15 @@ def test_force_is_pressure_times_area_along_the_normal_of_the_bone_without_frict
     np.testing.assert_allclose(-forces[contact.nodes, 2], np.where(below, pressure * contact.areas, 0.0), rtol=1e-9)
 
 
+def test_a_state_is_admitted_up_to_two_millimetres_inside_a_bone():
+    floor = box_surface((-0.03, -0.03, -0.02), (0.05, 0.05, -1e-3))
+    contact = BoneContact(replace(tissue_block(), bones={"maxilla": floor}))
+    u = np.zeros((125, 3))
+    for depth, admitted in ((1.9e-3, True), (2.1e-3, False)):
+        u[:, 2] = -1e-3 - depth
+        assert contact.admits(u) == admitted
+
+
 def test_nodes_share_the_area_of_the_boundary():
     contact = BoneContact(replace(tissue_block(), bones={"maxilla": box_surface([-0.01] * 3, [-0.005] * 3)}))
     assert contact.areas.max() == pytest.approx(0.005**2)

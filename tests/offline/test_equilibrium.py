@@ -136,6 +136,27 @@ def test_solution_does_not_depend_on_the_start():
     np.testing.assert_allclose(solver.solve(np.array([1.0]), half).u, solver.solve(np.array([1.0])).u, atol=1e-10)
 
 
+def test_a_guess_that_is_not_admissible_is_followed_part_of_the_way():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    solver, parameters = EquilibriumSolver(model, tolerance=1e-11), np.array([1.0])
+    exact = solver.solve(parameters).u
+    for share in (0.9, 3.0):
+        assert np.isfinite(model.energy(share * exact)) == (share < 1.0)
+        np.testing.assert_allclose(solver.settle(parameters, share * exact).u, exact, atol=1e-10)
+
+
+def test_a_guess_has_the_bones_where_the_parameters_have_them():
+    solver = EquilibriumSolver(FullModel(dragged_block("hexahedron", Yeoh.neo_hookean(15e3, 0.45), cells=(6, 6, 2))))
+    exact = solver.solve(0.5 * SIDEWAYS).u
+    np.testing.assert_allclose(solver.settle(0.5 * SIDEWAYS, 1.1 * exact).u, exact, atol=1e-5 * np.abs(exact).max())
+
+
+def test_a_guess_beside_which_nothing_is_admissible_is_refused():
+    model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
+    with pytest.raises(NotConvergedError, match="no equilibrium beside a guess at"):
+        EquilibriumSolver(model).settle(np.array([1.0]), np.full_like(model.anatomy.points, np.nan))
+
+
 def test_a_load_step_begins_with_the_factors_of_the_equilibrium_before():
     solver = EquilibriumSolver(FullModel(dragged_block("hexahedron", Yeoh.neo_hookean(15e3, 0.45), cells=(6, 6, 2))))
     before = solver.solve(0.5 * SIDEWAYS)

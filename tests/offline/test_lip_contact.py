@@ -303,6 +303,16 @@ def test_largest_step_stops_a_block_that_would_fly_through_the_other():
     assert effect.largest_step(rest, -1e6 * through) == pytest.approx(0.2e-5)
 
 
+def test_a_state_on_the_other_side_of_a_surface_is_not_admitted():
+    anatomy = two_blocks()
+    effect = LipContact(anatomy)
+    upper = anatomy.points[:, 2] > 0.0205
+    through = np.where(upper[:, None], [0.0, 0.0, -0.1], 0.0)
+    assert np.isfinite(effect.energy(through))
+    assert not effect.admits(through)
+    assert effect.admits(-through)
+
+
 def pressed(lower, upper, down):
     """Force (N) and smallest gap of blocks that may slide along their far ends, the upper end moved down."""
     anatomy = two_blocks(lower, upper)

@@ -118,6 +118,10 @@ class BoneContact:
         blocks = np.concatenate(matrices)
         return NodeBlocks(np.concatenate(nodes)[:, None], _positive_part(blocks) if project else blocks)
 
+    def admits(self, u: FloatArray) -> bool:
+        """Whether no node is more than 2 mm inside a bone."""
+        return bool(np.min(self.gaps(u), initial=np.inf) >= -LARGEST_APPROACH)
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction of `direction` (n, 3) that takes no node 2 mm into a bone, or by 2 mm where it is in one.
 

@@ -30,6 +30,10 @@ class DeadLoad:
         """Return none: the energy is linear."""
         return NodeBlocks.none()
 
+    def admits(self, u: FloatArray) -> bool:
+        """Return True: every displacement is admissible."""
+        return True
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0

@@ -43,6 +43,10 @@ class Effect(Protocol):
         """Second derivatives of the energy; with `project` every block is positive semi-definite."""
         ...
 
+    def admits(self, u: FloatArray) -> bool:
+        """Whether u may be started from: as far as it alone can tell, no surface has gone through another."""
+        ...
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of `direction` (n, 3) that stays admissible all along."""
         ...

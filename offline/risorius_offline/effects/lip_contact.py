@@ -88,6 +88,10 @@ class LipContact:
         nodes, matrices = contact_blocks(x, touching, self._gaps, self._weights, *self._topology, project)
         return NodeBlocks(self._surface.nodes[nodes], matrices)
 
+    def admits(self, u: FloatArray) -> bool:
+        """Whether no node meets a triangle on the straight way there from rest."""
+        return self.largest_step(np.zeros_like(u), u) == 1.0
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction on which no node meets a triangle; at most 200 mm are allowed."""
         x, motion = self._positions(u), direction[self._surface.nodes]

@@ -76,6 +76,10 @@ class LipSeam:
         stiffness = 2.0 * self._scale * self._overlap(u)
         return NodeBlocks(self.nodes, stiffness[:, None, None] * gradient[:, :, None] * gradient[:, None, :])
 
+    def admits(self, u: FloatArray) -> bool:
+        """Return True: lips that are through each other are pushed back from where they are."""
+        return True
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0

@@ -47,6 +47,10 @@ class SkinPrestress:
         """Return the constant, positive semi-definite blocks of the triangles."""
         return self._blocks
 
+    def admits(self, u: FloatArray) -> bool:
+        """Return True: every displacement is admissible."""
+        return True
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0
