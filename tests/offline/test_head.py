@@ -119,6 +119,13 @@ def test_smile_without_contact_is_its_own_mirror_image(adult_head):
     np.testing.assert_allclose(smile[mirror_nodes(adult_head.points)] * MIRROR, smile, atol=1e-9)
 
 
+@pytest.mark.slow
+def test_jaw_opens_all_the_way_with_contact(adult_head):
+    solver = EquilibriumSolver(EffectChoice(ContactChoice.LIPS).model(adult_head))
+    opened = adult_head.inputs.to_parameters(adult_head.inputs.weights({"AU27": 1.0}))
+    assert solver.solve(opened).report.stable
+
+
 @pytest.mark.parametrize("side", ["L", "R"])
 def test_no_muscle_has_tissue_beyond_the_midline(adult_head, side):
     discretisation = Discretisation(adult_head.points, adult_head.cells)
