@@ -37,6 +37,7 @@ PLACES = {
     "wing of the nose": (15.0, -20.0, 101.0),
     "chin": (0.0, -78.0, 94.0),
 }
+FROM_MIDLINE = (5, 10, 20)  # millimetres on the right
 
 
 @dataclass(frozen=True)
@@ -125,16 +126,16 @@ def main() -> None:
 
 
 def print_one_sided(anatomy: Anatomy, solver: EquilibriumSolver) -> None:
-    """Print the largest motion on the right of units on the left alone, as a share of their peak."""
+    """Print the largest motion on the right of units on the left alone, by distance from the midline."""
     skin = anatomy.surface
-    right = skin.points[:, 0] < -0.005
-    shares = []
+    print("| on the left alone | peak, mm |" + "".join(f" beyond {far} mm |" for far in FROM_MIDLINE))
+    print("|---" * (2 + len(FROM_MIDLINE)) + "|")
     for name in (name for name in anatomy.inputs.names if name.startswith("AU") and name.endswith("_L")):
         parameters = anatomy.inputs.to_parameters(anatomy.inputs.weights({name: 1.0}))
         moved = np.linalg.norm(skin.weights @ solver.solve(parameters).u, axis=1)
-        shares.append((float(moved[right].max() / moved.max()), name))
-    for share, name in sorted(shares, reverse=True):
-        print(f"{name}: right half at most {100 * share:.0f} % of the peak", flush=True)
+        shares = [moved[skin.points[:, 0] < -1e-3 * far].max() / moved.max() for far in FROM_MIDLINE]
+        cells = "".join(f" {100 * share:.0f} % |" for share in shares)
+        print(f"| {name.removesuffix('_L')} | {1e3 * moved.max():.1f} |{cells}", flush=True)
 
 
 if __name__ == "__main__":

@@ -88,16 +88,18 @@ def distances(sculpted, head):
 
 
 def soft_tissue_depths(sculpted, head):
-    """Published depth, and measured ones along the chart's ray and to the nearest deep point, metres, by landmark."""
+    """Published depth, and the measured one square to the bone, metres, by landmark.
+
+    The way from the skin to the nearest point of the deep side is square to that side.
+    """
     deep = level(head, 0)[triangles(head)]
     lattice = np.array([(i, j, FINE - i - j) for i in range(FINE + 1) for j in range(FINE + 1 - i)]) / FINE
     found = {}
     for name, (place, published) in DEPTHS.items():
         skin = carried(sculpted, head, LEVELS - 1, place)
-        along = np.linalg.norm(skin - carried(sculpted, head, 0, place))
         near = deep[np.linalg.norm(deep.mean(axis=1) - skin, axis=1) < 0.05]
         nearest = np.linalg.norm(np.einsum("lc,tcd->tld", lattice, near) - skin, axis=-1).min()
-        found[name] = published / MILLIMETRES, along, nearest
+        found[name] = published / MILLIMETRES, nearest
     return found
 
 

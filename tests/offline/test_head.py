@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from risorius.errors import InputError
+from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.discretisation import Discretisation
+from risorius_offline.effect_choice import EffectChoice
+from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.head.head import built_in_head
 from risorius_offline.head.proportions import NORMS
 from risorius_offline.head.quality import scaled_jacobians
 from risorius_offline.head.reshape import MILLIMETRES, SELLION
 from risorius_offline.head.skin import SKIN
+from risorius_offline.muscles.fibres import volume_positions
 from tests.full_head import MUSCLES
 from tests.offline.head_measures import distances, level, soft_tissue_depths, triangles
 
@@ -30,19 +34,20 @@ def test_distance_between_landmarks_is_that_of_an_adult(sculpted_head, adult_hea
     assert distances(sculpted_head, adult_head)[name] == pytest.approx(NORMS[name].mean, rel=0.08)
 
 
-def test_soft_tissue_is_as_deep_as_published_at_fifteen_landmarks(sculpted_head, adult_head):
-    """Published depths are square to the bone, which lies between the ray and the shortest way."""
-    off = {
-        name: min(abs(measured / published - 1.0) for measured in both)
-        for name, (published, *both) in soft_tissue_depths(sculpted_head, adult_head).items()
-    }
+def test_soft_tissue_is_as_deep_square_to_the_bone_as_published_at_fifteen_landmarks(sculpted_head, adult_head):
+    depths = soft_tissue_depths(sculpted_head, adult_head)
+    off = {name: abs(measured / published - 1.0) for name, (published, measured) in depths.items()}
     assert sum(value < 0.3 for value in off.values()) >= 15, off
 
 
 def test_no_cell_is_bad_and_one_in_a_hundred_poor(adult_head):
-    worst = scaled_jacobians(adult_head.points, adult_head.cells[0].connectivity).min(axis=1)
-    assert worst.min() >= 0.05
-    assert np.percentile(worst, 1.0) >= 0.2
+    assert_sound(adult_head)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", ["standard", "fine"])
+def test_no_cell_of_a_larger_size_is_bad_either(size):
+    assert_sound(built_in_head(size))
 
 
 @pytest.mark.slow
@@ -99,6 +104,41 @@ def test_eyeball_is_a_sphere_about_the_centre_that_the_lid_turns_about(adult_hea
     for points in (adult_head.bones[f"{side}_eyeball"].points, adult_head.companions[f"eyeball_{side}"].points):
         away = np.linalg.norm(points - centre, axis=1)
         assert np.ptp(away) < 1e-12
+
+
+@pytest.mark.parametrize("name", ["cranium", "jaw"])
+def test_bone_is_its_own_mirror_image(adult_head, name):
+    bone = adult_head.bones[name]
+    other = mirror_nodes(bone.points)
+    assert faces_of(other[bone.triangles][:, ::-1]) == faces_of(bone.triangles)
+
+
+def test_smile_without_contact_is_its_own_mirror_image(adult_head):
+    solver = EquilibriumSolver(EffectChoice(ContactChoice.NONE).model(adult_head))
+    smile = solver.solve(adult_head.inputs.to_parameters(adult_head.inputs.weights({"AU12": 1.0}))).u
+    np.testing.assert_allclose(smile[mirror_nodes(adult_head.points)] * MIRROR, smile, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_jaw_opens_all_the_way_with_contact(adult_head):
+    solver = EquilibriumSolver(EffectChoice(ContactChoice.LIPS).model(adult_head))
+    opened = adult_head.inputs.to_parameters(adult_head.inputs.weights({"AU27": 1.0}))
+    assert solver.solve(opened).report.stable
+
+
+@pytest.mark.parametrize("side", ["L", "R"])
+def test_no_muscle_has_tissue_beyond_the_midline(adult_head, side):
+    discretisation = Discretisation(adult_head.points, adult_head.cells)
+    positions = volume_positions(discretisation)[:, 0] * (1.0 if side == "L" else -1.0)
+    for muscle in adult_head.muscles:
+        if muscle.name.endswith(side):
+            assert positions[muscle.fibres.field(discretisation).points].min() >= 0.0, muscle.name
+
+
+def assert_sound(head):
+    worst = scaled_jacobians(head.points, head.cells[0].connectivity).min(axis=1)
+    assert worst.min() >= 0.05
+    assert np.percentile(worst, 1.0) >= 0.2
 
 
 def mirror_nodes(points):

@@ -24,7 +24,7 @@ CHEEK_TOP = -16.0  # where cheeks hang from the zygoma
 ORBIT = 23.0  # from the eyeball's centre: soft tissue within it lies on no bone
 WINGS = (5.0, 20.0, -8.0, -27.0)  # of the nose: x from, to; y below, above
 CHIN_BOTTOM = -84.0
-JAW_TO_RIM = 22.0  # no closer to the held rim does tissue follow the mandible
+JAW_TO_RIM = 34.0  # no closer to the held rim does tissue follow the mandible, whose angle swings towards it
 # Where the forehead glides on the bone: above the brow, less far down at the glabella, within the temporal lines.
 BROW, BROW_AT_GLABELLA, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 33.0, 10.0, 50.0, 12.0
 CANTHUS = 1.6  # about the corner of the eye, held by its tendon

@@ -49,23 +49,28 @@ def coordinates(points: FloatArray) -> FloatArray:
 def outermost(sculpture: Sculpture, uv: FloatArray) -> FloatArray:
     """Distance (n,) along each ray to the last surface on it; raises InputError where a ray meets none."""
     origins, directions = rays(uv)
-    outside = np.full(len(uv), FARTHEST)
-    inside = np.full(len(uv), np.nan)
+    return FARTHEST - way_in(sculpture, origins + FARTHEST * directions, -directions)
+
+
+def way_in(sculpture: Sculpture, starts: FloatArray, directions: FloatArray) -> FloatArray:
+    """Distance (n,) from (n, 3) along unit vectors to the first surface; raises InputError where there is none."""
+    outside = np.zeros(len(starts))
+    inside = np.full(len(starts), np.nan)
     step = (FARTHEST - NEAREST) / STEPS
-    active = np.arange(len(uv))
+    active = np.arange(len(starts))
     for k in range(1, STEPS + 1):
-        at = FARTHEST - k * step
-        hit = sculpture.distance(origins[active] + at * directions[active]) < 0.0
+        at = k * step
+        hit = sculpture.distance(starts[active] + at * directions[active]) < 0.0
         inside[active[hit]] = at
         active = active[~hit]
         outside[active] = at
         if not len(active):
             break
     if len(active):
-        u, v = uv[active[0]]
-        raise InputError(f"the ray at u = {u:.1f}, v = {v:.1f} meets no surface; make the chart smaller")
+        x, y, z = starts[active[0]]
+        raise InputError(f"the line from ({x:.1f}, {y:.1f}, {z:.1f}) meets no surface; make the chart smaller")
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)
-        within = sculpture.distance(origins + middle[:, None] * directions) < 0.0
+        within = sculpture.distance(starts + middle[:, None] * directions) < 0.0
         inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
     return 0.5 * (inside + outside)

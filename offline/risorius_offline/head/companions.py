@@ -18,9 +18,10 @@ TOOTH_WIDTHS = 7.2  # mean, along the arch
 GROOVE, TOOTH_THICKNESS = 0.7, 6.0
 UPPER_TEETH, LOWER_TEETH = (-47.2, -36.5, -30.0), (-47.4, -57.0, -62.0)  # edge, neck, end of the gum
 OVERJET = 2.0
-HEAD_CENTRE = (0.0, 10.0, -12.0)
-HEAD_STEP = np.radians(4.0)
-UNDER_THE_FACE, OVERLAP, NECK_END = 0.9, 9.0, -136.0
+HEAD_CENTRE, NECK_END = (0.0, 10.0, -12.0), (0.0, -146.0, -39.0)
+HEAD_STEP, NECK_ROWS = np.radians(3.0), 20
+LOWEST = np.radians(-24.0)  # elevation from which the rays' origins go down the neck, while they become level
+UNDER_THE_FACE, OVERLAP, FLUSH = 0.9, 9.0, 4.0
 EAR_CENTRE, EAR_SIZE, EAR_TILT, EAR_FLARE = (69.5, 4.0, -8.0), (17.0, 31.0), 12.0, 28.0
 
 
@@ -30,7 +31,7 @@ def companions(face: FloatArray, rim: FloatArray) -> dict[str, Companion]:
         "teeth_upper": _teeth(UPPER_TEETH, 0.0, SKULL),
         "teeth_lower": _teeth(LOWER_TEETH, OVERJET, JAW),
         "tongue": _ellipsoid((0.0, -58.0, 57.0), (17.0, 7.5, 23.0), colours.TONGUE, JAW),
-        "throat": _ellipsoid((0.0, -56.0, 44.0), (25.0, 24.0, 22.0), colours.THROAT, SKULL),
+        "throat": _ellipsoid((0.0, -54.0, 44.0), (25.0, 22.0, 22.0), colours.THROAT, SKULL),
         "head": _rest_of_head(face, rim),
     }
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -111,35 +112,47 @@ def _teeth(heights: tuple[float, float, float], behind: float, moves: str) -> Co
 
 
 def _rest_of_head(face: FloatArray, rim: FloatArray) -> Companion:
-    """Scalp, nape and sides of the neck, by rays from inside the head, reaching a little way under the face's rim."""
-    polar = np.arange(HEAD_STEP / 2.0, np.pi, HEAD_STEP)
-    around = np.arange(0.0, 2.0 * np.pi, HEAD_STEP)
-    t, p = np.meshgrid(polar, around, indexing="ij")
-    directions = np.column_stack([(np.sin(t) * np.sin(p)).ravel(), np.cos(t).ravel(), (np.sin(t) * np.cos(p)).ravel()])
-    points = _first_surface(directions)
-    triangles = _grid(len(polar), len(around), closed=True)
+    """Scalp, nape and neck, by rays from inside the head, reaching a little way under the face's rim."""
+    origins, directions, columns = _rays_about_the_head()
+    points = _first_surface(origins, directions)
+    triangles = _grid(len(points) // columns, columns, closed=True)
     to_face, to_rim = cKDTree(face).query(points)[0], cKDTree(rim).query(points)[0]
     shown = (to_rim < OVERLAP) | (to_face > OVERLAP)
-    above = (points[:, 1] > NECK_END)[triangles].any(axis=1)
-    triangles = triangles[shown[triangles].all(axis=1) & above]
-    points[:, 1] = np.maximum(points[:, 1], NECK_END)
+    triangles = triangles[shown[triangles].all(axis=1)]
+    # Flush with the face's skin beyond its rim, beneath it on this side.
+    beyond = np.where(to_face < to_rim, -to_rim, to_rim)
+    depth = UNDER_THE_FACE * np.clip(0.5 - 0.5 * beyond / FLUSH, 0.0, 1.0)
     used, triangles = np.unique(triangles, return_inverse=True)
-    return _painted(points[used] - UNDER_THE_FACE * directions[used], triangles.reshape(-1, 3), colours.SKIN, SKULL)
+    points = points - depth[:, None] * directions
+    return _painted(points[used], triangles.reshape(-1, 3), colours.SKIN, SKULL)
 
 
-def _first_surface(directions: FloatArray) -> FloatArray:
-    """Last point of the skin's sculpture on rays from the centre of the head."""
-    centre, distances = np.array(HEAD_CENTRE), np.linspace(30.0, 190.0, 81)
+def _rays_about_the_head() -> tuple[FloatArray, FloatArray, int]:
+    """Origins and unit directions, (n, 3) each, row by row from the vertex to the end of the neck; rays in a row."""
+    down = np.linspace(0.0, 1.0, NECK_ROWS + 1)[1:]
+    elevation = np.arange(0.5 * np.pi - 0.5 * HEAD_STEP, LOWEST, -HEAD_STEP)
+    going = np.concatenate([np.zeros(len(elevation)), down])
+    elevation = np.concatenate([elevation, elevation[-1] * (1.0 - down)])
+    around = np.arange(0.0, 2.0 * np.pi, HEAD_STEP)
+    e, a = np.meshgrid(elevation, around, indexing="ij")
+    directions = np.column_stack([(np.cos(e) * np.sin(a)).ravel(), np.sin(e).ravel(), (np.cos(e) * np.cos(a)).ravel()])
+    share = np.repeat(going, len(around))[:, None]
+    return (1.0 - share) * HEAD_CENTRE + share * NECK_END, directions, len(around)
+
+
+def _first_surface(origins: FloatArray, directions: FloatArray) -> FloatArray:
+    """Last point of the skin's sculpture on rays from inside the head."""
+    distances = np.linspace(30.0, 190.0, 81)
     inside = np.full(len(directions), 30.0)
     for distance in distances:
-        within = SKIN.distance(centre + distance * directions) < 0.0
+        within = SKIN.distance(origins + distance * directions) < 0.0
         inside[within] = distance
     outside = inside + (distances[1] - distances[0])
     for _ in range(16):
         middle = 0.5 * (inside + outside)
-        within = SKIN.distance(centre + middle[:, None] * directions) < 0.0
+        within = SKIN.distance(origins + middle[:, None] * directions) < 0.0
         inside, outside = np.where(within, middle, inside), np.where(within, outside, middle)
-    return centre + inside[:, None] * directions
+    return origins + inside[:, None] * directions
 
 
 def _ear(sign: float) -> Companion:

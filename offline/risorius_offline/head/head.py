@@ -20,6 +20,7 @@ from risorius_offline.head.bones import bones
 from risorius_offline.head.colours import skin_colours
 from risorius_offline.head.companions import companions
 from risorius_offline.head.muscles import COURSES
+from risorius_offline.head.nostrils import with_nostrils
 from risorius_offline.head.openings import lid_margins
 from risorius_offline.head.proportions import ADULT, Proportions
 from risorius_offline.head.reshape import SELLION, reshaped
@@ -61,6 +62,7 @@ def sculpted_head(size: str) -> Anatomy:
     skull[0], jaw[0] = held.skull, held.jaw
     skull[:, held.canthi | (to_rim == 0.0)] = True
     skin = visible_skin(sheet, shell, to_rim == 0.0)
+    colours = with_nostrils(skin_colours(skin.points, skin.lining), skin.points)
     return Anatomy(
         name="built-in head",
         points=_placed(shell.points),
@@ -78,9 +80,7 @@ def sculpted_head(size: str) -> Anatomy:
         lids=np.tile(held.lids, levels),
         lid_motion=LidMotion((_point(EYE_CENTRE), _point(EYE_CENTRE, -1.0)), CLOSING_ANGLE),
         epidermis=EPIDERMIS,
-        surface=CarriedSurface(
-            _placed(skin.points), skin.triangles, skin.weights, skin_colours(skin.points, skin.lining)
-        ),
+        surface=CarriedSurface(_placed(skin.points), skin.triangles, skin.weights, colours),
         companions=_companions(skin),
         bones={
             name: Surface(_placed(bone.points), bone.triangles)
@@ -112,8 +112,8 @@ def _muscles(shell: Shell) -> tuple[Muscle, ...]:
     found = []
     for course in COURSES:
         lines = [_placed(shell.at(uv, depth)) for uv, depth in course.surface_points()]
-        for side, sign in (("L", 1.0), ("R", -1.0)):
-            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in lines), METRES * course.radius)
+        for side, sign in (("L", 1), ("R", -1)):
+            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in lines), METRES * course.radius, sign)
             found.append(Muscle(f"{course.name}_{side}", fibres, ActiveStress(course.stress)))
     return tuple(found)
 

@@ -1,7 +1,8 @@
 """Shapes as implicit functions, negative inside, and sculptures blended from them.
 
 Values are distances near the surface; far from it they only have the right sign. Lengths are in millimetres here, as
-in the tables of `skin.py` and `skull.py`; `head.py` turns them into metres.
+in the tables of `skin.py` and `skull.py`; `head.py` turns them into metres. Sums over coordinates are written out: the
+result at a point then never depends on the others, and mirror images are exact; it is also faster than by rows.
 """
 
 from __future__ import annotations
@@ -40,17 +41,13 @@ class Ellipsoid:
 
     def distance(self, points: FloatArray) -> FloatArray:
         """Values (n,) at points (n, 3)."""
-        local = (points - np.asarray(self.centre)) @ self._rotation
-        radii = np.asarray(self.radii)
-        scaled = np.linalg.norm(local / radii, axis=1)
-        steepness = np.linalg.norm(local / radii**2, axis=1)
+        x, y, z = np.ascontiguousarray((points - np.asarray(self.centre)).T)
+        c, s = math.cos(math.radians(self.yaw)), math.sin(math.radians(self.yaw))
+        a, b, d = (c * x - s * z) / self.radii[0], y / self.radii[1], (s * x + c * z) / self.radii[2]
+        scaled = np.sqrt(a * a + b * b + d * d)
+        steepness = np.sqrt((a / self.radii[0]) ** 2 + (b / self.radii[1]) ** 2 + (d / self.radii[2]) ** 2)
         result: FloatArray = scaled * (scaled - 1.0) / np.maximum(steepness, 1e-9)
         return result
-
-    @cached_property
-    def _rotation(self) -> FloatArray:
-        c, s = math.cos(math.radians(self.yaw)), math.sin(math.radians(self.yaw))
-        return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 @dataclass(frozen=True)
@@ -64,9 +61,12 @@ class Sweep:
         """Values (n,) at points (n, 3)."""
         curve, radii = self._curve
         result = np.full(len(points), np.inf)
+        x, y, z = np.ascontiguousarray(points.T)
         for a, b, start, end in zip(curve[:-1], curve[1:], radii[:-1], radii[1:], strict=True):
-            along = np.clip(((points - a) @ (b - a)) / ((b - a) @ (b - a)), 0.0, 1.0)
-            away = np.linalg.norm(points - a - along[:, None] * (b - a), axis=1)
+            ex, ey, ez = b - a
+            dx, dy, dz = x - a[0], y - a[1], z - a[2]
+            along = np.clip((dx * ex + dy * ey + dz * ez) / (ex * ex + ey * ey + ez * ez), 0.0, 1.0)
+            away = np.sqrt((dx - along * ex) ** 2 + (dy - along * ey) ** 2 + (dz - along * ez) ** 2)
             result = np.minimum(result, away - (start + (end - start) * along))
         return result
 

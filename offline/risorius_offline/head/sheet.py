@@ -61,6 +61,7 @@ def face_sheet(size: float) -> Sheet:
         walk(upper), walk(lower)[:-1],
         *(walk(chart.coordinates(line))[:-1] for line in _around(lid_margins())),
         walk(_midline(mouth[0, 1], UPPER[1]))[1:], walk(_midline(mouth[-1, 1], LOWER[1]))[1:],
+        walk(_rim_line())[1:-1],
     ])  # fmt: skip
     region = Region(outline, to_space, spacing, fixed, (LOWER, UPPER), 1.4 * size)
     return _mirrored(*triangulate(region))
@@ -75,6 +76,21 @@ def rim(uv: FloatArray) -> FloatArray:
     outside = np.hypot(np.maximum(aside, 0.0), np.maximum(up, 0.0))
     result: FloatArray = outside + np.minimum(np.maximum(aside, up), 0.0) - rounding
     return result
+
+
+def _rim_line(count: int = 500) -> FloatArray:
+    """Left half of the rim, from its lower to its upper end at the midline, to a tenth of a micrometre."""
+    turn = np.linspace(0.0, np.pi / 2.0, count)[:, None]
+    across, along = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    below = np.array([UPPER[0] - ROUNDING_BELOW, LOWER[1] + ROUNDING_BELOW])
+    above = np.array([UPPER[0] - ROUNDING_ABOVE, UPPER[1] - ROUNDING_ABOVE])
+    corner = [
+        below + ROUNDING_BELOW * (np.sin(turn) * across - np.cos(turn) * along),
+        above + ROUNDING_ABOVE * (np.cos(turn) * across + np.sin(turn) * along),
+    ]
+    sides = np.linspace(corner[0][-1], corner[1][0], count)[1:-1]
+    ends = [np.linspace([0.0, end[1]], end, count) for end in (corner[0][0], corner[1][-1])]
+    return np.concatenate([ends[0][:-1], corner[0], sides, corner[1], ends[1][-2::-1]])
 
 
 def _around(margins: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:

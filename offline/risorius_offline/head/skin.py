@@ -14,6 +14,7 @@ from risorius_offline.head.implicit import Ellipsoid, Sculpture, Sweep, add, car
 EYE_CENTRE = (30.2, 17.0, 66.5)
 EYE_RADIUS = 13.0
 LID_THICKNESS = 2.4
+NOSTRIL = Ellipsoid((5.9, -25.3, 104.0), (3.2, 3.2, 5.0), yaw=-15)
 
 CRANIUM = (
     add(Ellipsoid((0, 52, -2), (73, 80, 94)), 0),
@@ -47,7 +48,7 @@ NOSE = (
     add(Ellipsoid((10.4, -18.6, 101.0), (5.6, 6.4, 8.6), yaw=-22), 6),
     add(Ellipsoid((0, -20.5, 103.5), (3.8, 5.6, 8.6)), 4),
     carve(Sweep(((16.8, -11, 102.5), (18.0, -18, 101.5), (17.4, -25, 98.5)), (0.6, 0.9, 0.8)), 5),
-    carve(Ellipsoid((5.9, -25.3, 104.0), (3.2, 3.0, 4.8), yaw=-15), 2.5),
+    carve(NOSTRIL, 2.0),
 )
 MOUTH = (
     add(Ellipsoid((0, -36, 75), (26, 13, 21.5)), 12),

@@ -22,8 +22,7 @@ RELAXATION = 0.2
 LARGEST_MOVE = 2.0  # millimetres a step
 INSIDE = -2e-3  # millimetres within which a triangle's centre counts as outside
 STENCIL = 0.4  # millimetres
-FLIP_SWEEPS = 4
-FLATTEST = np.radians(145.0)  # angle of a triangle on the boundary
+LARGEST_FLIP_SWEEPS = 30
 
 
 @dataclass(frozen=True)
@@ -31,8 +30,8 @@ class Region:
     """Part of a plane, mapped into space.
 
     outline: signed distance (n,) of plane points (n, 2), negative inside. to_space: (n, 2) -> (n, 3).
-    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes on the boundary. box: lower and
-    upper corner. cell: spacing of the lattice that nodes start from.
+    spacing: wanted edge length (n,) at points in space (n, 3). fixed: (k, 2) nodes, which take
+    in those on the boundary. box: lower and upper corner. cell: spacing of the lattice that nodes start from.
     """
 
     outline: Callable[[FloatArray], FloatArray]
@@ -49,31 +48,10 @@ def triangulate(region: Region, seed: int = 0) -> tuple[FloatArray, IntArray]:
     fixed = len(region.fixed)
     for step in range(STEPS):
         if step % RETRIANGULATE == 0:
-            triangles = _triangles(region, nodes)
-            edges = _edges(triangles)
+            edges = _edges(_triangles(region, nodes))
         nodes[fixed:] += RELAXATION * _pulled_back(region, nodes, edges)[fixed:]
         _return_inside(region, nodes, fixed)
-    return nodes, _without_flat_ones(region, nodes, _triangles(region, nodes), fixed)
-
-
-def _without_flat_ones(region: Region, nodes: FloatArray, triangles: IntArray, fixed: int) -> IntArray:
-    """Triangles without those flat on the free boundary, to which their obtuse corner moves; nodes are changed."""
-    points = region.to_space(nodes)
-    flat = np.zeros(len(triangles), dtype=bool)
-    for turned in (triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]):
-        corner, one, other = turned.T
-        obtuse = _angle(points, corner, one, other) > FLATTEST
-        found = obtuse & _single(triangles, one, other) & (corner >= fixed) & (np.maximum(one, other) >= fixed)
-        _to_outline(region, nodes, corner[found])
-        flat |= found
-    return triangles[~flat]
-
-
-def _single(triangles: IntArray, start: IntArray, end: IntArray) -> npt.NDArray[np.bool_]:
-    """Flags (m,) of directed edges that no triangle has the other way."""
-    size = triangles.max() + 1
-    result: npt.NDArray[np.bool_] = ~np.isin(end * size + start, triangles * size + triangles[:, [1, 2, 0]])
-    return result
+    return nodes, _triangles(region, nodes)
 
 
 def _scattered(region: Region, seed: int) -> FloatArray:
@@ -144,7 +122,7 @@ def _triangles(region: Region, nodes: FloatArray) -> IntArray:
     clockwise = _turn(a, b, c) < 0.0
     triangles[clockwise] = triangles[clockwise][:, [0, 2, 1]]
     points = region.to_space(nodes)
-    for _ in range(FLIP_SWEEPS):
+    for _ in range(LARGEST_FLIP_SWEEPS):
         if not _flip(triangles, nodes, points):
             break
     return triangles

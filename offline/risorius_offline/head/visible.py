@@ -42,7 +42,7 @@ def visible_skin(sheet: Sheet, shell: Shell, held_rim: npt.NDArray[np.bool_]) ->
     """Refine skin and openings; held_rim (n,) flags the sheet's nodes on its outer rim."""
     skin = len(shell.points) - shell.level_size
     edges = _opening_edges(sheet.triangles, held_rim)
-    coarse = np.concatenate([sheet.triangles + skin, *_walls(edges, shell)])
+    coarse = np.concatenate([sheet.triangles + skin, *_walls(edges, sheet.uv[edges, 0].sum(axis=1) < 0.0, shell)])
     used, coarse = np.unique(coarse, return_inverse=True)
     weights, triangles = refine(coarse.reshape(-1, 3), len(used), REFINEMENTS)
     at_edge = np.isin(used, edges + skin).astype(np.float64)
@@ -68,12 +68,13 @@ def _opening_edges(triangles: IntArray, held_rim: npt.NDArray[np.bool_]) -> IntA
     return edges[single & ~held_rim[edges].all(axis=1)]
 
 
-def _walls(edges: IntArray, shell: Shell) -> list[IntArray]:
-    """Triangles through the thickness beneath the edges, outward."""
+def _walls(edges: IntArray, right: npt.NDArray[np.bool_], shell: Shell) -> list[IntArray]:
+    """Triangles through the thickness beneath the edges, outward; right (k,) flags edges with the mirrored diagonal."""
     count = shell.level_size
     walls = []
     for level in range(len(shell.points) // count - 1):
         below, above = edges + level * count, edges + (level + 1) * count
-        walls.append(np.column_stack([above[:, 1], above[:, 0], below[:, 0]]))
-        walls.append(np.column_stack([above[:, 1], below[:, 0], below[:, 1]]))
+        first, last = np.where(right, below[:, 1], below[:, 0]), np.where(right, above[:, 0], above[:, 1])
+        walls.append(np.column_stack([above[:, 1], above[:, 0], first]))
+        walls.append(np.column_stack([last, below[:, 0], below[:, 1]]))
     return walls

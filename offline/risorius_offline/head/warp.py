@@ -131,7 +131,8 @@ class Warp:
     def _stretch(self, y: FloatArray, z: FloatArray) -> FloatArray:
         """Logarithm f (n,): a mean of values at a few places, weighted by distance."""
         places, values = self._stretched
-        result: FloatArray = _weights(y, z, places) @ values
+        # No product of matrices: its last bits depend on the rows beside.
+        result: FloatArray = (_weights(y, z, places) * values).sum(axis=1)
         return result
 
     @cached_property

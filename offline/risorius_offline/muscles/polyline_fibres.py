@@ -21,16 +21,19 @@ class PolylineFibres:
     """Tissue within `radius` metres of a line, along the nearest segment.
 
     lines: (k, 3) each, metres, from the origin to the insertion. The sense only matters to a force density.
+    side: 1 or -1 for tissue with x of that sign alone, as of the half of a ring that ends in the midline; 0 for all.
     """
 
     lines: tuple[FloatArray, ...]
     radius: float
+    side: int = 0
     kind: ClassVar[str] = "polylines"
 
     def field(self, discretisation: Discretisation) -> FibreField:
         """Points within the radius; raises InputError where there are none."""
-        distance, tangent = nearest_on_polylines(volume_positions(discretisation), self.lines)
-        inside = np.flatnonzero(distance <= self.radius)
+        positions = volume_positions(discretisation)
+        distance, tangent = nearest_on_polylines(positions, self.lines)
+        inside = np.flatnonzero((distance <= self.radius) & (self.side * positions[:, 0] >= 0.0))
         if not len(inside):
             raise InputError(no_tissue(self.radius))
         return FibreField(inside, -tangent[inside])
@@ -45,15 +48,17 @@ class PolylineFibres:
         return mean_end(ends, np.array([line[-1] - line[-2] for line in self.lines]), self.radius)
 
     def write(self, group: h5py.Group) -> None:
-        """Store lines and radius."""
+        """Store lines, radius and side."""
         group.attrs["radius"] = self.radius
+        group.attrs["side"] = self.side
         for number, line in enumerate(self.lines):
             group[f"{number:03d}"] = line
 
     @classmethod
     def read(cls, group: h5py.Group) -> PolylineFibres:
         """Load what `write` stored."""
-        return cls(tuple(line[()] for line in group.values()), float(group.attrs["radius"]))
+        lines = tuple(line[()] for line in group.values())
+        return cls(lines, float(group.attrs["radius"]), int(group.attrs.get("side", 0)))
 
 
 def no_tissue(radius: float) -> str:
