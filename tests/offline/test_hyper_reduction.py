@@ -246,6 +246,12 @@ def test_sampled_body_follows_the_full_equilibrium(pulled, sampled):
     assert np.linalg.norm(found - truth) < 0.01 * np.linalg.norm(truth)
 
 
+def test_a_body_whose_walls_no_state_feels_is_sampled_without_them(pulled):
+    model, _, _, modes = pulled
+    resting = Equilibria(np.zeros((1, 1)), np.zeros((1, len(modes))))
+    assert sample_body(body_of(model), model.anatomy.points, modes, 0, resting, 24).walls == ()
+
+
 def test_a_good_guess_stays_and_a_bad_one_is_corrected(sampled):
     body, truth = sampled
     out, full = np.empty(len(truth)), np.array([1.0])

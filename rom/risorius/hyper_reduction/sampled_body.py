@@ -108,7 +108,8 @@ def sample_body(
     coordinate.
     """
     muscles = ReducedMuscles.of(body, points, fields)
-    body = replace(body, walls=tuple(_acting(table, fields, equilibria) for table in body.walls))
+    acting = (_acting(table, fields, equilibria) for table in body.walls)
+    body = replace(body, walls=tuple(table for table in acting if len(table.weights)))
     terms: list[Term] = [Tissue(table) for table in body.passive] + [Walls(table) for table in body.walls]
     whole = ReducedBody(terms, fields, lifts, muscles)
     stiffness = np.mean([_stiffness(whole, *one) for one in equilibria.some(STIFFNESS_STATES)], axis=0)
