@@ -233,7 +233,7 @@ def test_verdict_names_a_method_that_another_beats_in_error_and_time():
     sentences = verdict(made_up_results(*rows, full={"strong": FullModelTime(9e-1, "here")}))
     assert sentences == [
         "Strong input: most accurate is exact, with 95 % of the vertices within 0.1 mm, in 90 µs a frame; "
-        "the full model takes 10 000 times as long.",
+        "the full model takes 10\N{NO-BREAK SPACE}000 times as long.",
         "Strong input: good beats bad in error and time, 95 % 1 against 4 mm in 10 against 40 µs a frame.",
     ]
 

@@ -29,7 +29,7 @@ class Family:
 # Colours by Okabe and Ito (2008), told apart by colour-blind people too.
 BLENDSHAPES = Family("linear blendshapes", 0, "#E69F00", "s")
 MAPS = Family("learned map", 1, "#0072B2", "o")
-PHYSICS = Family("reduced physics", 2, "#CC79A7", "P")
+PHYSICS = Family("reduced physics", 2, "#CC79A7", "p")
 
 
 @dataclass(frozen=True)

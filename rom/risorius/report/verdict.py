@@ -101,9 +101,9 @@ def _mm(metres: float) -> str:
 
 
 def _us(seconds: float) -> str:
-    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:,.0f}".replace(",", " ")
+    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
 
 
 def _count(number: float) -> str:
     """Two digits: more would not come out again."""
-    return f"{float(f'{number:.2g}'):,.0f}".replace(",", " ")
+    return f"{float(f'{number:.2g}'):,.0f}".replace(",", "\N{NO-BREAK SPACE}")
