@@ -68,9 +68,9 @@ def _accuracy(model: ReducedModel) -> Table:
     from rich.table import Table
 
     table = Table(title=f"error against the full model, {model.provenance.get('held_out', '?')} held-out snapshots, mm")
-    table.add_column("operating point", no_wrap=True)
+    table.add_column("operating point")
     for column in ("mean", "p95", "max", "95 % of\nframes", "relative\nL2 %", "ms"):
-        table.add_column(column, justify="right")
+        table.add_column(column, justify="right", no_wrap=True)
     for point in model.points:
         table.add_row(str(point.setting), *[""] * 5, f"{1e3 * point.seconds.median:.3f}")
         for kind, found in point.errors.items():
