@@ -15,6 +15,8 @@ from risorius.inputs import InputTable, without_side
 from risorius.jaw import FloatArray
 from risorius.mechanics.fibres import HILL
 from risorius_offline.anatomy import Anatomy, load_source
+from risorius_offline.contact_choice import ContactChoice
+from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.effects.lip_contact import LipContact
 from tests.offline.hard_attempts import REFUSED, HardCase
@@ -190,6 +192,20 @@ def action_unit_cases() -> tuple[HardCase, ...]:
     return tuple(case(title.format(unit), face_anatomy, driven(**{unit: 1.0}), BoneContact) for unit in units)
 
 
+@cache
+def head_anatomy() -> Anatomy:
+    """The draft of the built-in head, built once."""
+    return load_source("builtin-draft")
+
+
+def head_cases() -> tuple[HardCase, ...]:
+    """Every action unit of the built-in head, fully, with the contact that it is trained with."""
+    units = dict.fromkeys(without_side(name) for name in head_anatomy().inputs.names if name.startswith("AU"))
+    build = partial(EffectChoice(ContactChoice.LIPS).model, head_anatomy())
+    title = "head, contact with bones and of lips: {} at 1"
+    return tuple(HardCase(title.format(unit), build, driven(**{unit: 1.0})) for unit in units)
+
+
 def face_contact_cases() -> tuple[HardCase, ...]:
     """Lips, cheeks and bones of the published face in contact, under all that there is."""
     closed, opened = driven(AU18=1.0), driven(AU18=1.0, AU26=1.0)
@@ -210,7 +226,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Solve the hard cases and write their table.")
     parser.add_argument("-o", "--output", type=Path, required=True)
     output = parser.parse_args().output
-    groups: list[Callable[[], tuple[HardCase, ...]]] = [lambda: SMALL_CASES]
+    groups: list[Callable[[], tuple[HardCase, ...]]] = [lambda: SMALL_CASES, head_cases]
     groups += [face_cases, action_unit_cases, face_contact_cases] if published_face_folder().is_dir() else []
     rows = []
     for group in groups:
