@@ -72,10 +72,10 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
         RationalMap.name: learned,
     }
+    fields = np.concatenate([snapshots.lift_fields, modal.modes])
     if snapshots.body is not None:
-        evaluators[CorrectedMap.name] = CorrectedMap(
-            learned, _sample(snapshots, snapshots.body, modal), snapshots.poses
-        )
+        sampled = _sample(snapshots, snapshots.body, modal, fields)
+        evaluators[CorrectedMap.name] = CorrectedMap(learned, sampled, snapshots.poses)
     surface = snapshots.surface
     model = ReducedModel(
         name=snapshots.name,
@@ -83,7 +83,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         poses=snapshots.poses,
         rest_vertices=surface.points.astype(np.float32),
         triangles=surface.triangles.astype(np.int32),
-        carried_basis=CarriedBasis.of_surface(surface, np.concatenate([snapshots.lift_fields, modal.modes])),
+        carried_basis=CarriedBasis.of_surface(surface, fields),
         evaluators=evaluators,
         points=(),
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
@@ -93,10 +93,9 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
 
 
-def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData) -> SampledBody:
-    """Reduce the physics of the face to few elements."""
+def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatArray) -> SampledBody:
+    """Reduce the physics of the face to few elements, for the coordinates of fields (r, n, 3)."""
     used = ~snapshots.held_out
-    fields = np.concatenate([snapshots.lift_fields, modal.modes])
     equilibria = Equilibria(
         activations=snapshots.parameters[used, : len(snapshots.muscles)],
         states=np.hstack([_lifts(snapshots), modal.coordinates])[used],

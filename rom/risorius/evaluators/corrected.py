@@ -7,11 +7,14 @@ closer to the truth than the reduced body's own minimum, and stays as it is.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import h5py
 import numpy as np
 
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
+from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.sampled_body import SampledBody
 from risorius.jaw import FloatArray
 from risorius.poses import Poses
@@ -27,10 +30,14 @@ class CorrectedMap:
 
     def __init__(self, predictor: RationalMap, sampled: SampledBody, poses: Poses, steps: int = 1) -> None:
         self._predictor, self._sampled, self._poses, self._steps = predictor, sampled, poses, steps
-        self._correction = sampled.correction()
         self._start = np.zeros(len(sampled.fields))
         self._muscles = len(sampled.muscles.pull)
         self.doubt = 0.0
+
+    @cached_property
+    def _correction(self) -> Correction:
+        """Made for the first answer: a model holds the map whether it is run or not."""
+        return self._sampled.correction()
 
     @property
     def elements(self) -> int:

@@ -8,11 +8,9 @@ its start.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from risorius.hyper_reduction.reduced_body import ReducedBody
-
-Floats = npt.NDArray[np.floating]
+from risorius.hyper_reduction.terms import Floats
 
 CG_STEPS = 2
 SUFFICIENT = 1e-4  # of the decrease that the slope promises
@@ -25,7 +23,7 @@ class Correction:
     stiffness: (r, r) symmetric and positive definite, of a typical state; its inverse is the preconditioner.
     """
 
-    def __init__(self, body: ReducedBody, stiffness: npt.NDArray[np.floating]) -> None:
+    def __init__(self, body: ReducedBody, stiffness: Floats) -> None:
         self.body = body
         inverse = np.linalg.inv(stiffness.astype(np.float64))
         self._preconditioner = np.ascontiguousarray(0.5 * (inverse + inverse.T), body.q.dtype)

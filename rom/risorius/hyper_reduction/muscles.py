@@ -10,13 +10,11 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from risorius.hyper_reduction.terms import Floats
 from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body
-
-Floats = npt.NDArray[np.floating]
 
 _XX, _YY, _ZZ, _XY, _YZ, _ZX = range(6)
 _SYMMETRIC = np.array([[_XX, _XY, _ZX], [_XY, _YY, _YZ], [_ZX, _YZ, _ZZ]])

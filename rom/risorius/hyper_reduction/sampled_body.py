@@ -14,13 +14,11 @@ from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.cubature import Cubature, choose, element_forces, node_components
 from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.hyper_reduction.reduced_body import ReducedBody
-from risorius.hyper_reduction.terms import Term
+from risorius.hyper_reduction.terms import Floats, Term
 from risorius.hyper_reduction.tissue import Tissue
 from risorius.hyper_reduction.wall import Walls
 from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body, PassiveElements, WallCells, read_tables, write_tables
-
-Floats = npt.NDArray[np.floating]
 
 # Training states whose forces the elements have to give, and those whose mean stiffness is the metric.
 FORCE_STATES, STIFFNESS_STATES = 110, 6

@@ -15,9 +15,8 @@ from risorius.hyper_reduction.lanes import (
     relaxed_log,
     relaxed_log_slopes,
 )
+from risorius.hyper_reduction.terms import Floats
 from risorius.mechanics.body import PassiveElements
-
-Floats = npt.NDArray[np.floating]
 
 
 class Tissue:

@@ -16,9 +16,8 @@ from risorius.hyper_reduction.lanes import (
     contract,
     gradient_at,
 )
+from risorius.hyper_reduction.terms import Floats
 from risorius.mechanics.body import WallCells
-
-Floats = npt.NDArray[np.floating]
 
 
 class Walls:
