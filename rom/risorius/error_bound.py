@@ -21,6 +21,7 @@ SMALLEST = 1e-3  # of an indicator: less does not tell frames apart
 HALF_ACTIVE = 0.3  # weight at which a parameter counts half
 LEAST_ERROR = 1e-9  # metres, below the rounding of vertices in single precision
 FOLDS = 5
+FRAMES_EACH = 4  # of an exponent: fewer held-out frames do not tell powers, and the bound is a constant
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,9 @@ def _out_of_fold(logs: FloatArray, targets: FloatArray) -> FloatArray:
 
 
 def _powers(logs: FloatArray, targets: FloatArray) -> tuple[FloatArray, float]:
-    """Exponents (k,), none negative, and constant of the least squares fit."""
+    """Exponents (k,), none negative, and constant of the least squares fit; exponents of 0 where frames are few."""
+    if len(logs) < FRAMES_EACH * logs.shape[1]:
+        return np.zeros(logs.shape[1]), float(targets.mean())
     ones = np.ones((len(logs), 1))
     found, _ = nnls(np.hstack([logs, ones, -ones]), targets)
     return found[:-2], float(found[-2] - found[-1])

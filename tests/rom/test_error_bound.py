@@ -101,3 +101,10 @@ def test_a_frame_allocates_nothing_big(synthetic_model):
     finally:
         tracemalloc.stop()
     assert peak < out.nbytes // 2
+
+
+def test_a_handful_of_frames_gives_a_constant():
+    rng = np.random.default_rng(0)
+    errors = rng.uniform(1e-4, 2e-4, 5)
+    bound = ErrorBound.fit(rng.uniform(size=(5, 4)), errors)
+    assert 1e-4 < bound.value((0.0,) * 4) == bound.value((1.0,) * 4) < 1e-3
