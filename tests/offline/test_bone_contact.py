@@ -124,6 +124,14 @@ def test_spline_is_exact_beside_a_face_on_both_sides():
     np.testing.assert_allclose(hessians, 0.0, atol=1e-8)
 
 
+def test_distances_to_a_surface_that_is_its_own_mirror_image_are_too():
+    distance = SignedDistance.of(box_surface([-0.0107] * 3, [0.0107] * 3))
+    points = np.random.default_rng(5).uniform(-0.014, 0.014, (200, 3))
+    for axis in range(3):
+        mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
+        np.testing.assert_allclose(distance.values(points * mirror), distance.values(points), atol=1e-15)
+
+
 def test_beyond_the_grid_is_far():
     distance = SignedDistance.of(box_surface([-0.01] * 3, [0.01] * 3))
     far = np.array([[0.5, 0.0, 0.0], [0.0, -0.03, 0.0]])

@@ -113,8 +113,9 @@ def test_bone_is_its_own_mirror_image(adult_head, name):
     assert faces_of(other[bone.triangles][:, ::-1]) == faces_of(bone.triangles)
 
 
-def test_smile_without_contact_is_its_own_mirror_image(adult_head):
-    solver = EquilibriumSolver(EffectChoice(ContactChoice.NONE).model(adult_head))
+@pytest.mark.parametrize("contact", [ContactChoice.NONE, ContactChoice.LIPS])
+def test_smile_is_its_own_mirror_image(adult_head, contact):
+    solver = EquilibriumSolver(EffectChoice(contact).model(adult_head))
     smile = solver.solve(adult_head.inputs.to_parameters(adult_head.inputs.weights({"AU12": 1.0}))).u
     np.testing.assert_allclose(smile[mirror_nodes(adult_head.points)] * MIRROR, smile, atol=1e-9)
 

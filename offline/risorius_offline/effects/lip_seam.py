@@ -1,7 +1,8 @@
 """Contact of lips with each other along the seam where they meet at rest: a one-sided, frictionless, cheap penalty.
 
 Every node p of a free boundary that faces another one nearby at rest is paired for good with its foot on the triangle
-it faces. The gap g = n . (x_p - foot), n the triangle's normal at rest, is linear in the displacement, and
+it faces, or shared among those of several that are equally near. The gap g = n . (x_p - foot), n the triangle's normal
+at rest, is linear in the displacement, and
 
     E = sum over pairs  A_p/2 p0 d / 3 ((d - g) / d)^3  for g < d, otherwise 0
 
@@ -27,6 +28,7 @@ GAP_TOLERANCE, LEAST_TOLERANCE = 0.5e-3, 0.2e-3  # metres; the least is that of 
 PRESSURE = 50e3  # Pa, at zero gap
 REACH = 2.5e-3  # between faces at rest, metres
 FACING = -0.7  # cosine of the angle between normals of faces that can meet
+EQUALLY = 1e-9  # metres by which the nearest triangles may differ: a foot on an edge, a node in the plane of symmetry
 
 
 class LipSeam:
@@ -48,7 +50,8 @@ class LipSeam:
         self._gaps = np.einsum("ki,ki->k", self._normals, rest)
         self._tolerance = np.clip(self._gaps, LEAST_TOLERANCE, GAP_TOLERANCE)
         self._onset = np.minimum(self._gaps, self._tolerance)
-        self._scale = 0.5 * surface.areas[own] * PRESSURE / self._tolerance**2
+        shared = np.bincount(own)[own]
+        self._scale = 0.5 * surface.areas[own] / shared * PRESSURE / self._tolerance**2
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Do nothing: contact does not depend on muscles or pose weights."""
@@ -97,13 +100,13 @@ def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 @compiled
 def _facing(x, pairs, triangles, normals, bone, fans, fan_starts):  # type: ignore[no-untyped-def]
-    """Nearest triangle in front that each node faces, pairs (k, 2), and weights of its foot (k, 3).
+    """Nearest triangles in front that each node faces, pairs (k, 2), and weights of their feet (k, 3).
 
     A node faces what is opposite to one of its own triangles. Prescribed nodes take no part.
     """
-    nearest, partner, feet = np.full(len(x), np.inf), np.full(len(x), -1), np.zeros((len(x), 3))
-    pair, w = np.empty((4, 3)), np.empty(3)
-    for p, t in pairs:
+    nearest, distances, feet = np.full(len(x), REACH), np.full(len(pairs), np.inf), np.zeros((len(pairs), 3))
+    pair = np.empty((4, 3))
+    for number, (p, t) in enumerate(pairs):
         a, b, c = triangles[t]
         if bone[p] or bone[a] or bone[b] or bone[c]:
             continue
@@ -113,9 +116,7 @@ def _facing(x, pairs, triangles, normals, bone, fans, fan_starts):  # type: igno
         if opposite > FACING or normals[t] @ (x[p] - x[a]) < 0.0:
             continue
         pair[0], pair[1], pair[2], pair[3] = x[p], x[a], x[b], x[c]
-        distance = closest_point(pair, TRIANGLE, w)
-        if distance < min(nearest[p], REACH):
-            nearest[p], partner[p] = distance, t
-            feet[p] = w
-    found = np.flatnonzero(partner >= 0)
-    return np.column_stack((found, partner[found])), feet[found]
+        distances[number] = closest_point(pair, TRIANGLE, feet[number])
+        nearest[p] = min(nearest[p], distances[number])
+    found = np.flatnonzero(distances < nearest[pairs[:, 0]] + EQUALLY)
+    return pairs[found], feet[found]

@@ -38,10 +38,13 @@ class SignedDistance:
 
     @classmethod
     def of(cls, surface: Surface, spacing: float = 1.5e-3, band: float = 6e-3) -> SignedDistance:
-        """Distance to a surface, which may be open; raises InputError for one whose sides cannot be told."""
-        border = band + MARGIN * spacing
-        origin = surface.points.min(axis=0) - border
-        nx, ny, nz = (int(n) + 2 for n in (surface.points.max(axis=0) + border - origin) / spacing)
+        """Distance to a surface, which may be open; raises InputError for one whose sides cannot be told.
+
+        The grid lies about the middle of the surface: mirror images have distances that are mirror images.
+        """
+        low, high = surface.points.min(axis=0), surface.points.max(axis=0)
+        nx, ny, nz = (int(n) + 2 for n in (high - low + 2.0 * (band + MARGIN * spacing)) / spacing)
+        origin = 0.5 * (low + high) - 0.5 * spacing * (np.array([nx, ny, nz]) - 1)
         return cls(origin, spacing, band, signed_distances(surface, origin, spacing, (nx, ny, nz), band))
 
     def values(self, points: FloatArray) -> FloatArray:
