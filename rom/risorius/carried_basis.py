@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import h5py
@@ -49,6 +50,14 @@ class CarriedBasis:
     def leading(self, count: int) -> CarriedBasis:
         """Basis of the first fields only."""
         return CarriedBasis(self.fields[:count], self.weights)
+
+    def followed_by(self, fields: Sequence[npt.NDArray[np.float32]]) -> CarriedBasis:
+        """Basis with further fields (k, m, 3) behind its own."""
+        return CarriedBasis(np.concatenate([self.fields, *fields]), self.weights) if fields else self
+
+    def in_axes(self, order: tuple[int, int, int]) -> CarriedBasis:
+        """Basis with the components of its fields in another order."""
+        return CarriedBasis(np.ascontiguousarray(self.fields[:, :, list(order)]), self.weights)
 
     def at_vertices(self) -> npt.NDArray[np.float32]:
         """(r, n, 3): fields of the vertices themselves."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from risorius import storage
 from risorius.carried_basis import CarriedBasis
 from risorius.companion import Companion, read_companions, write_companions
+from risorius.effects import EFFECTS, Effect
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
 from risorius.inputs import InputTable
@@ -23,7 +24,7 @@ from risorius.poses import Poses
 from risorius.surface import NO_COLOURS, Colours
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class ReducedModel:
     rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. carried_basis: its first `lifts` fields
     carry the unit motions of the poses into the skin and are driven exactly. points: measured ways of running it.
     colours: (n, 3) sRGB or NO_COLOURS. companions: rigid things seen with the face, by name; `Companion.posed` moves
-    them by the coordinates of a frame.
+    them by the coordinates of a frame. effects: those that a scene may ask for, by name.
     """
 
     name: str
@@ -47,6 +48,7 @@ class ReducedModel:
     provenance: Mapping[str, Any]
     colours: Colours = field(default_factory=NO_COLOURS.copy)
     companions: Mapping[str, Companion] = field(default_factory=dict)
+    effects: Mapping[str, Effect] = field(default_factory=dict)
 
     @property
     def basis(self) -> npt.NDArray[np.float32]:
@@ -63,6 +65,18 @@ class ReducedModel:
         """Number of leading basis fields that are driven by jaw and lids, exactly."""
         return self.poses.lift_count
 
+    def in_axes(self, order: tuple[int, int, int]) -> ReducedModel:
+        """Return the model whose vertices have their components in another order, so that no frame has to be turned.
+
+        Forces, gravity and companions stay in the frame of the head.
+        """
+        return replace(
+            self,
+            rest_vertices=np.ascontiguousarray(self.rest_vertices[:, list(order)]),
+            carried_basis=self.carried_basis.in_axes(order),
+            effects={name: effect.in_axes(order) for name, effect in self.effects.items()},
+        )
+
     def save(self, path: str | Path) -> None:
         """Write the model file; it appears under its name only when complete."""
         with storage.writing(Path(path), SCHEMA, SCHEMA_VERSION) as file:
@@ -77,6 +91,8 @@ class ReducedModel:
             self.carried_basis.write(file.create_group("basis"))
             for name, evaluator in self.evaluators.items():
                 evaluator.write(file.create_group(f"evaluators/{name}"))
+            for name, effect in self.effects.items():
+                effect.write(file.create_group(f"effects/{name}"))
             for number, point in enumerate(self.points):
                 point.write(file.create_group(f"points/{number:03}"))
 
@@ -92,9 +108,11 @@ def load(path: str | Path) -> ReducedModel:
 
 def _read(file: h5py.File, path: Path) -> ReducedModel:
     poses = Poses.read(file)
-    unknown = set(file["evaluators"]) - set(EVALUATORS)
-    if unknown:
-        raise FileFormatError(f"{path}: unknown evaluator {sorted(unknown)}; make the file anew with this release")
+    for kind, known in (("evaluators", EVALUATORS), ("effects", EFFECTS)):
+        unknown = set(file.get(kind, ())) - set(known)
+        if unknown:
+            raise FileFormatError(f"{path}: unknown {kind} {sorted(unknown)}; make the file anew with this release")
+    stored = file.get("effects", {})
     model = ReducedModel(
         name=str(file.attrs["name"]),
         inputs=InputTable(storage.text_list(file["muscles"]), poses.inputs),
@@ -107,5 +125,6 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         provenance=json.loads(file.attrs["provenance"]),
         colours=file["colours"][()],
         companions=read_companions(file),
+        effects={name: EFFECTS[name].read(group) for name, group in stored.items()},
     )
     return model

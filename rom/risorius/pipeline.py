@@ -2,55 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from risorius.effects import Effect, Surroundings
 from risorius.error_bound import indicate
 from risorius.evaluators import Setting, Superposition
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.reconstruction import Reconstruction, reconstruction
 
+ALONE = Surroundings()
+
 
 class Pipeline:
     """Evaluates a model as a setting has it, without allocating anything. Not thread-safe: it owns its buffers.
 
-    coordinates: (r,) of the model, zero for modes that the setting does without.
+    coordinates: (r,) of the model, zero for modes that the setting does without, then those of the effects' own.
     """
 
-    def __init__(self, model: ReducedModel, setting: Setting, surface: Reconstruction) -> None:
-        self.coordinates = np.zeros(model.rank)
+    def __init__(
+        self, model: ReducedModel, setting: Setting, surface: Reconstruction, effects: Sequence[Effect] = ()
+    ) -> None:
+        own = [len(effect.fields) for effect in effects]
+        self.coordinates = np.zeros(model.rank + sum(own))
         self._poses, self._muscles = model.poses, len(model.inputs.muscles)
-        self._used = self.coordinates[: model.lifts + setting.rank]
-        self._lifts, self._modal = self._used[: model.lifts], self._used[model.lifts :]
+        self._face = model.lifts + setting.rank
+        self._used = np.zeros(self._face + sum(own))
+        self._lifts, self._modal = self._used[: model.lifts], self._used[model.lifts : self._face]
         self._evaluator = model.evaluators[setting.method].at(setting)
         linear = setting.method == Superposition.name
         self._linear = None if linear else model.evaluators[Superposition.name].at(setting)
         self._linear_part = self._modal if linear else np.zeros(setting.rank)
         self._surface = surface
+        self._parameters = np.zeros(len(model.inputs.parameters))
+        self._effects = [effect.at(setting) for effect in effects]
+        self._own = np.split(self._used[self._face :], np.cumsum(own)[:-1]) if own else []
 
-    def solve(self, parameters: FloatArray) -> tuple[float, ...]:
+    def solve(self, parameters: FloatArray, surroundings: Surroundings = ALONE) -> tuple[float, ...]:
         """Set the coordinates of parameters (p,). Returns the indicators of the error bound."""
-        self._poses.lift_coordinates(parameters[self._muscles :], out=self._lifts)
-        self._evaluator.coordinates(parameters, self._modal)
+        driven = self._parameters
+        driven[:] = parameters
+        for effect in self._effects:
+            effect.drive(driven, surroundings)
+        self._poses.lift_coordinates(driven[self._muscles :], out=self._lifts)
+        self._evaluator.coordinates(driven, self._modal)
         if self._linear is not None:
-            self._linear.coordinates(parameters, self._linear_part)
-        return (*indicate(parameters, self._modal, self._linear_part), self._evaluator.doubt)
+            self._linear.coordinates(driven, self._linear_part)
+        indicators = (*indicate(driven, self._modal, self._linear_part), self._evaluator.doubt)
+        for effect, own in zip(self._effects, self._own, strict=True):
+            effect.respond(driven, self._used[: self._face], own, surroundings)
+        self._tell()
+        return indicators
 
     def write(self, out: npt.NDArray[np.float32]) -> None:
         """Write the vertices (n, 3) into contiguous `out`."""
         self._surface.write(self._used, out)
+        for effect in self._effects:
+            effect.finish(self._used, out)
+
+    def _tell(self) -> None:
+        own = len(self._used) - self._face
+        self.coordinates[: self._face] = self._used[: self._face]
+        if own:
+            self.coordinates[-own:] = self._used[self._face :]
 
 
-def pipelines(model: ReducedModel, settings: Iterable[Setting]) -> list[Pipeline]:
+def pipelines(model: ReducedModel, settings: Iterable[Setting], effects: Sequence[Effect] = ()) -> list[Pipeline]:
     """One for each setting; those of the same rank share what writes the vertices."""
     surfaces: dict[int, Reconstruction] = {}
     built = []
     for setting in settings:
         if setting.rank not in surfaces:
-            basis = model.carried_basis.leading(model.lifts + setting.rank)
+            leading = model.carried_basis.leading(model.lifts + setting.rank)
+            basis = leading.followed_by([effect.fields for effect in effects])
             surfaces[setting.rank] = reconstruction(basis, model.rest_vertices)
-        built.append(Pipeline(model, setting, surfaces[setting.rank]))
+        built.append(Pipeline(model, setting, surfaces[setting.rank], effects))
     return built

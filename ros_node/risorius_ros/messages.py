@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 from geometry_msgs.msg import Point
@@ -23,19 +21,15 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 
 # Components of a vector (x to the person's left, y up, z out of the face) in the order of REP-103 (x out of the face,
 # y left, z up), and back. Both are rotations, so triangles keep their outer side.
-_TO_REP103 = [2, 0, 1]
+_TO_REP103 = (2, 0, 1)
 _FROM_REP103 = [1, 2, 0]
 
 FloatVectors = npt.NDArray[np.float32]
 
 
 def rotated_to_rep103(model: ReducedModel) -> ReducedModel:
-    """Return the model with its vertices and basis in the frame of REP-103, so that no frame needs to be rotated."""
-    return replace(
-        model,
-        rest_vertices=np.ascontiguousarray(model.rest_vertices[:, _TO_REP103]),
-        carried_basis=replace(model.carried_basis, fields=model.carried_basis.fields[:, :, _TO_REP103]),
-    )
+    """Return the model with its vertices in the frame of REP-103, so that no frame needs to be rotated."""
+    return model.in_axes(_TO_REP103)
 
 
 def from_rep103(vertices: FloatVectors) -> FloatVectors:

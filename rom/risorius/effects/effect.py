@@ -1,0 +1,76 @@
+"""What every effect of a scene has, and what it is told of the world around the face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from risorius.evaluators.setting import Setting
+from risorius.jaw import FloatArray
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A force (3,) in newtons on a visible vertex, in the frame of the head."""
+
+    vertex: int
+    force: FloatArray
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What acts on a face from outside during one frame, in the frame of the head.
+
+    step: seconds since the frame before; None where there was none, or where time has to play no part: the face is
+    then as it is at rest under its loads. gravity: (3,) metres per second squared; None as at training, with none.
+    """
+
+    step: float | None = None
+    gravity: FloatArray | None = None
+    touches: tuple[Touch, ...] = field(default=())
+
+
+class Effect(Protocol):
+    """One reduced effect. It owns its state, so it is not thread-safe.
+
+    name: of the field of `Scene` that asks for it. fields: (k, c, 3) float32, metres per unit of its own coordinates,
+    at the points that carry the skin; k may be 0. Called for every frame, in the order of the methods.
+    """
+
+    name: str
+    fields: npt.NDArray[np.float32]
+
+    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> None:
+        """Change the parameters (p,), in place, before the muscles are evaluated."""
+        ...
+
+    def respond(
+        self, parameters: FloatArray, coordinates: FloatArray, own: FloatArray, surroundings: Surroundings
+    ) -> None:
+        """Change the coordinates (lifts + modes,) of the face, and set its own (k,), in place."""
+        ...
+
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+        """Change the vertices (n, 3), in place."""
+        ...
+
+    def at(self, setting: Setting) -> Effect:
+        """Return the effect for the leading modes of a setting, with a state of its own, at rest."""
+        ...
+
+    def in_axes(self, order: tuple[int, int, int]) -> Effect:
+        """Return the effect for vertices whose components are those of the model in another order."""
+        ...
+
+    def write(self, group: h5py.Group) -> None:
+        """Store the effect in an HDF5 group."""
+        ...
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Effect:
+        """Load what `write` stored."""
+        ...
