@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -146,14 +146,23 @@ def play_on_node(path: Path, loop: ExpressionLoop, seconds: float | None) -> dic
     from risorius_ros.client import FaceClient
 
     exchange = Exchange()
-    with running([RISORIUS, "serve", path, "--preview"]) as node, FaceClient(exchange.received) as client:
-        wait_for(client, node)
+    with (
+        running([RISORIUS, "serve", path, "--preview"]) as node,
+        stop_between_calls() as require_going_on,
+        FaceClient(exchange.received) as client,
+    ):
+
+        def require_both() -> None:
+            require_going_on()
+            require_alive(node)
+
+        wait_for(client, require_both)
         say(f"topics {', '.join(map(client.topic, (messages.ACTION_UNITS, messages.MESH, messages.TOPOLOGY)))}")
         say(f"playing {', '.join(expression.name for expression in loop.expressions)}; Ctrl-C stops")
         full = dict(full_expressions(loop, seconds)) if seconds else {}
         start = time.monotonic()
         for tick in itertools.count() if seconds is None else range(round(seconds * RATE_HZ)):
-            require_alive(node)
+            require_both()
             exchange.sent(client.send(loop.weights(tick / RATE_HZ)), full.get(tick))
             while (rest := start + (tick + 1) / RATE_HZ - time.monotonic()) > 0.0:
                 client.spin_once(rest)
@@ -161,12 +170,12 @@ def play_on_node(path: Path, loop: ExpressionLoop, seconds: float | None) -> dic
     return {name: messages.from_rep103(vertices) for name, vertices in exchange.full.items()}
 
 
-def wait_for(client: FaceClient, node: subprocess.Popen[bytes]) -> None:
+def wait_for(client: FaceClient, require_both: Callable[[], None]) -> None:
     from risorius import Error
 
     deadline = time.monotonic() + START_TIMEOUT_S
     while client.topology is None or client.mesh is None:
-        require_alive(node)
+        require_both()
         if time.monotonic() > deadline:
             raise Error(f"the node did not answer within {START_TIMEOUT_S:g} s; see its messages above")
         client.send({})
@@ -243,6 +252,23 @@ def running(command: Sequence[object]) -> Iterator[subprocess.Popen[bytes]]:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
+        catch_stop_signals()
+
+
+@contextmanager
+def stop_between_calls() -> Iterator[Callable[[], None]]:
+    """Return what raises KeyboardInterrupt once a stop signal has come: one raised amid rclpy's C++ is lost there."""
+    come: list[int] = []
+    for number in STOP_SIGNALS:
+        signal.signal(number, lambda number, _: come.append(number))
+
+    def require_going_on() -> None:
+        if come:
+            raise KeyboardInterrupt
+
+    try:
+        yield require_going_on
+    finally:
         catch_stop_signals()
 
 
