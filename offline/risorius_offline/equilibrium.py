@@ -23,8 +23,6 @@ TOLERANCE_ON_THE_WAY = 1e-1
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
-# Of the way to a guess that is not admissible.
-MOST_HALVINGS = 3
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
 
@@ -116,17 +114,10 @@ class EquilibriumSolver:
         return self._told(Equilibrium(target, found), report)
 
     def _towards(self, guess: FloatArray, target: FloatArray) -> FloatArray | None:
-        """The guess (n, 3), bones where the target has them, if need be only halfway there and halfway again.
-
-        It starts from where tissue at rest follows the bones. None when no such state is admissible.
-        """
-        rest = self.rest()
-        self.model.set_parameters(rest.parameters)
-        following = self.model.follow_bones(rest.u, rest.parameters, target)
+        """The guess (n, 3), bones where the target has them, mended if need be; None where it cannot be."""
         self.model.set_parameters(target)
-        way = np.where(self.model.anatomy.prescribed[:, None], 0.0, guess - following)
-        halfway = (following + 0.5**halvings * way for halvings in range(1 + MOST_HALVINGS))
-        return next((u for u in halfway if self.model.admits(u)), None)
+        bones = self.model.prescribed_motion(target)
+        return self.model.admissible(np.where(self.model.anatomy.prescribed[:, None], bones, guess))
 
     def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
         """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""

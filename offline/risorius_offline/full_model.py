@@ -22,10 +22,13 @@ from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tangents import TRUE, Projection, Tangents
 from risorius_offline.tissue import Tissue
 from risorius_offline.unit_strain import UnitStrain
+from risorius_offline.untangling import Untangling
 from risorius_offline.wall import walls
 
 # A body strained less than this is as good as at rest.
 STRAIN_OF_REST = 1e-6
+# Of a displacement that is not admissible: what mends its cells may push it into a bone, and the other way round.
+MOST_MENDINGS = 4
 
 
 class FullModel:
@@ -153,6 +156,19 @@ class FullModel:
         """Whether a displacement may be started from: its energy is finite, and every effect admits it."""
         return bool(np.isfinite(self.energy(u))) and all(effect.admits(u) for effect in self.effects)
 
+    def admissible(self, u: FloatArray) -> FloatArray | None:
+        """A displacement (n, 3) that may be started from: u, or one beside it; None where none is found."""
+        if not np.isfinite(u).all():
+            return None
+        for _ in range(MOST_MENDINGS):
+            if self.admits(u):
+                return u
+            pushed = u.copy()
+            for effect in self.effects:
+                effect.push_out(pushed)
+            u = self._untangling.untangled(pushed, kept=(pushed != u).any(axis=1))
+        return u if self.admits(u) else None
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)
@@ -170,6 +186,10 @@ class FullModel:
     def energy_scale(self) -> float:
         """Energy (J) at unit strain, which rounding is relative to."""
         return self._unit_strain.energy
+
+    @cached_property
+    def _untangling(self) -> Untangling:
+        return Untangling(self.discretisation, self.anatomy.prescribed)
 
     @cached_property
     def system(self) -> TangentSystem:

@@ -136,7 +136,7 @@ def test_solution_does_not_depend_on_the_start():
     np.testing.assert_allclose(solver.solve(np.array([1.0]), half).u, solver.solve(np.array([1.0])).u, atol=1e-10)
 
 
-def test_a_guess_that_is_not_admissible_is_followed_part_of_the_way():
+def test_a_guess_that_is_not_admissible_is_mended():
     model = FullModel(muscle_block("hexahedron", Yeoh(2500.0, 1175.0, 250e3)))
     solver, parameters = EquilibriumSolver(model, tolerance=1e-11), np.array([1.0])
     exact = solver.solve(parameters).u

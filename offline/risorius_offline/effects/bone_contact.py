@@ -122,6 +122,13 @@ class BoneContact:
         """Whether no node is more than 2 mm inside a bone."""
         return bool(np.min(self.gaps(u), initial=np.inf) >= -LARGEST_APPROACH)
 
+    def push_out(self, u: FloatArray) -> None:
+        """Move nodes that are more than 1 mm inside a bone to there, along the derivative of the distance."""
+        for bone in self._bones:
+            touching, overlap, gradient, _ = self._contacts(bone, u)
+            deeper = np.maximum(overlap - self._tolerance - LARGEST_APPROACH / 2, 0.0)
+            u[self.nodes[touching]] += deeper[:, None] * gradient
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction of `direction` (n, 3) that takes no node 2 mm into a bone, or by 2 mm where it is in one.
 

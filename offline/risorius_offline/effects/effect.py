@@ -47,6 +47,10 @@ class Effect(Protocol):
         """Whether u may be started from: as far as it alone can tell, no surface has gone through another."""
         ...
 
+    def push_out(self, u: FloatArray) -> None:
+        """Move nodes of u, in place, to where it admits them, as far as it can tell where that is."""
+        ...
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of `direction` (n, 3) that stays admissible all along."""
         ...

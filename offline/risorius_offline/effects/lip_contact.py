@@ -92,6 +92,9 @@ class LipContact:
         """Whether no node meets a triangle on the straight way there from rest."""
         return self.largest_step(np.zeros_like(u), u) == 1.0
 
+    def push_out(self, u: FloatArray) -> None:
+        """Nothing: surfaces that went through each other do not tell which way is out."""
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction on which no node meets a triangle; at most 200 mm are allowed."""
         x, motion = self._positions(u), direction[self._surface.nodes]

@@ -83,6 +83,9 @@ class LipSeam:
         """Return True: lips that are through each other are pushed back from where they are."""
         return True
 
+    def push_out(self, u: FloatArray) -> None:
+        """Nothing: it admits every displacement."""
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0

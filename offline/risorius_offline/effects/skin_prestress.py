@@ -51,6 +51,9 @@ class SkinPrestress:
         """Return True: every displacement is admissible."""
         return True
 
+    def push_out(self, u: FloatArray) -> None:
+        """Nothing: it admits every displacement."""
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0
