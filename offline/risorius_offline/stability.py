@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, lobpcg
 
 from risorius.jaw import FloatArray
-from risorius_offline.newton import Energy, SolverReport, factorise
+from risorius_offline.newton import ENERGY_PRECISION, Energy, SolverReport, factorise
 
 # Of the central difference of forces that stands for their derivative, and of the longest way down; metres.
 DIFFERENCE, LONGEST = 1e-8, 2e-3
@@ -32,15 +32,17 @@ def way_down(energy: Energy, u: FloatArray, report: SolverReport) -> FloatArray 
     curvature, direction = _least_curvature(energy, u)
     if curvature >= 0.0:
         return None
-    value = energy.energy(u)
-    length = LONGEST * energy.largest_step(u, LONGEST * direction)
-    for _ in range(HALVINGS):
-        lower = u + length * direction
-        # At least half of what the curvature promises.
-        if energy.energy(lower) < value + 0.25 * curvature * length**2:
-            return lower
-        length *= 0.5
-    return None
+    value, _, forces = energy.forces(u)
+    # What the tolerance leaves of the forces can outweigh a small curvature, and way down there is only one.
+    if np.vdot(forces, direction) > 0.0:
+        direction = -direction
+    lengths = LONGEST * energy.largest_step(u, LONGEST * direction) * 0.5 ** np.arange(HALVINGS)
+    energies = [energy.energy(u + length * direction) for length in lengths]
+    lowest = int(np.argmin(energies))
+    if energies[lowest] >= value - ENERGY_PRECISION * max(abs(value), energy.energy_scale):
+        return None
+    lower: FloatArray = u + lengths[lowest] * direction
+    return lower
 
 
 def _least_curvature(energy: Energy, u: FloatArray) -> tuple[float, FloatArray]:

@@ -19,7 +19,7 @@ from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sampl
 from risorius.jaw import FloatArray
 from risorius.measuring import measured, settings
 from risorius.mechanics.body import Body
-from risorius.modal import modal_derivatives, symmetric_pod
+from risorius.modal import directional_derivatives, modal_derivatives, symmetric_pod, visible_measure
 from risorius.model import ReducedModel
 from risorius.snapshot_file import BLOCK, SnapshotSet
 from risorius.symmetry import mirror_of
@@ -119,8 +119,9 @@ def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
 def project(snapshots: SnapshotSet, rank: int) -> ModalData:
     """POD modes of the training snapshots, at most `rank`, and the coordinates of all snapshots in them.
 
-    On a symmetric face also of their mirror images. Displacements are read a block at a time. Raises InputError for a
-    rank below 1, or without training snapshots or one of the single actions.
+    Modes are made for what is seen, and for how snapshots change with the parameters; on a symmetric face for mirror
+    images, too. Displacements are read a block at a time. Raises InputError for a rank below 1, or without training
+    snapshots or one of the single actions.
     """
     if rank < 1:
         raise InputError(f"rank {rank}: give at least 1")
@@ -128,15 +129,21 @@ def project(snapshots: SnapshotSet, rank: int) -> ModalData:
         raise InputError("snapshots: all are held out, there is none to train with; solve some")
     train = np.flatnonzero(~snapshots.held_out)
     mirror = mirror_of(snapshots, single_actions(snapshots))
+    measure, neighbours = visible_measure(snapshots), directional_derivatives(snapshots, train)
+
+    def seen() -> Iterator[FloatArray]:
+        yield from _fluctuations(snapshots, train)
+        for start in range(0, len(neighbours), BLOCK):
+            yield neighbours[start : start + BLOCK].astype(np.float64)
+
     reflection = None
     if mirror is None:
-        modes, _ = pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank)
+        modes, _ = pod(seen, measure, rank)
     else:
-        modes, parity = symmetric_pod(lambda: _fluctuations(snapshots, train), snapshots.nodal_volumes, rank, mirror)
+        modes, parity = symmetric_pod(seen, measure, rank, mirror)
         reflection = Reflection(mirror.partner, mirror.sign, parity)
-    # One unit of a coordinate is a root mean square displacement of 1 mm.
-    modes *= 1e-3 * np.sqrt(snapshots.nodal_volumes.sum())
-    weighted = modes * snapshots.nodal_volumes[:, None] / (1e-6 * snapshots.nodal_volumes.sum())
+    modes *= 1e-3  # one unit of a coordinate is a root mean square displacement of 1 mm
+    weighted = modes * measure[:, None] / 1e-6
     blocks = _fluctuations(snapshots, np.arange(len(snapshots.parameters)))
     coordinates = np.concatenate([np.tensordot(block, weighted, ((1, 2), (1, 2))) for block in blocks])
     return ModalData(modes, coordinates, modal_derivatives(snapshots, train, weighted), reflection)

@@ -1,4 +1,7 @@
-"""A slender bar whose ends are pushed together: straight below the load at which it buckles, bent beyond."""
+"""A slender bar whose ends are pushed together: straight below the load at which it buckles, bent beyond.
+
+And a node on a saddle that lies within the tolerance of the forces: its way down is one-sided.
+"""
 
 from dataclasses import replace
 
@@ -9,8 +12,10 @@ from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.linear_solver import NotPositiveDefiniteError
 from risorius_offline.newton import GuardedNewton, SolverReport
 from risorius_offline.stability import way_down
+from risorius_offline.tangents import Tangents
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy
 
@@ -68,3 +73,53 @@ def test_the_solver_goes_on_to_the_bent_bar_which_is_a_minimum(model):
     assert found.report.stable
     assert found.report.energy < model.energy(straight(model, 1.0))
     assert bend(model, found.u) == pytest.approx(2.0 * LENGTH / np.pi * np.sqrt(EULER), rel=0.1)
+
+
+class TiltedWell:
+    """One node with the energy tilt x - c x^2 / 2 + b x^4 / 4 + k (y^2 + z^2) / 2.
+
+    A tilt above 2 c / 3 sqrt(c / (3 b)) leaves one minimum, at the real root of b x^3 - c x + tilt.
+    """
+
+    C, B, K = 0.03, 2e8, 1.0
+    free, energy_scale = np.arange(3), 1e-6
+
+    def __init__(self, tilt):
+        self.tilt = tilt
+
+    def energy(self, u):
+        return self.forces(u)[0]
+
+    def forces(self, u):
+        (x, y, z), c, b, k = u[0], self.C, self.B, self.K
+        value = self.tilt * x - c * x**2 / 2 + b * x**4 / 4 + k * (y**2 + z**2) / 2
+        return value, 1.0, np.array([[self.tilt - c * x + b * x**3, k * y, k * z]])
+
+    def tangents(self, u):
+        along = -self.C + 3.0 * self.B * u[0, 0] ** 2
+        none = (np.zeros(3), [])
+        return Tangents(lambda _: none, lambda project: np.array([abs(along) if project else along, self.K, self.K]))
+
+    def factorise(self, values, _):
+        if values.min() <= 0.0:
+            raise NotPositiveDefiniteError("not a minimum")
+        self.factors = values
+
+    def solve(self, right_hand_side):
+        return (right_hand_side.T / self.factors).T
+
+    def largest_step(self, u, direction):
+        return 1.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_way_down_from_a_saddle_within_the_tolerance_ends_where_there_is_a_minimum(side):
+    c, b = TiltedWell.C, TiltedWell.B
+    well = TiltedWell(side * c * np.sqrt(c / (3.0 * b)))
+    (minimum,) = (root.real for root in np.roots([b, 0.0, -c, well.tilt]) if abs(root.imag) < 1e-9)
+    u, report = np.zeros((1, 3)), SolverReport()
+    lower = way_down(well, u, report)
+    assert not report.stable
+    assert abs(lower[0, 0] - minimum) < 0.5 * abs(minimum)
+    assert way_down(well, lower, report) is None
+    assert report.stable

@@ -1,4 +1,4 @@
-"""Mirror images of a symmetric face, its modes, and derivatives in them."""
+"""Mirror images of a symmetric face, its modes, what they are made for, and derivatives in them."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 from tests.rom.test_training import JAW, made_up_snapshots
 
 from risorius.bases import pod
-from risorius.modal import symmetric_pod
+from risorius.modal import MOST_NEIGHBOURS, STEP, VISIBLE_SHARE, directional_derivatives, symmetric_pod, visible_measure
 from risorius.symmetry import ACROSS, Mirror, mirror_of
 from risorius.training import project, single_actions
 
@@ -40,6 +40,12 @@ def test_a_face_whose_sides_move_differently_is_not_symmetric():
     snapshots, _ = symmetric_snapshots()
     snapshots.displacements[0] *= 1.01
     assert mirror_of(snapshots, single_actions(snapshots)) is None
+
+
+def test_a_node_that_contact_left_elsewhere_does_not_make_a_face_asymmetric():
+    snapshots, _ = symmetric_snapshots()
+    snapshots.displacements[0, 7] += 0.005 * np.abs(snapshots.displacements[0]).max()
+    assert mirror_of(snapshots, single_actions(snapshots)) is not None
 
 
 def test_a_face_whose_nodes_lie_differently_is_not_symmetric():
@@ -83,3 +89,48 @@ def test_modal_derivatives_are_the_slopes_of_the_coordinates():
 def test_without_derivatives_there_are_none_in_the_modes():
     snapshots, _ = made_up_snapshots(20, 5)
     assert project(replace(snapshots, derivatives=None), 4).derivatives is None
+
+
+def test_nodes_count_by_what_they_carry_of_the_visible_surface_and_by_their_volume():
+    snapshots, _ = made_up_snapshots(20, 5)
+    carried = np.asarray(snapshots.surface.weights.sum(axis=0)).ravel() / 40  # 40 vertices, weights add up to 1
+    volume = snapshots.nodal_volumes / snapshots.nodal_volumes.sum()
+    expected = VISIBLE_SHARE * carried + (1 - VISIBLE_SHARE) * volume
+    np.testing.assert_allclose(visible_measure(snapshots), expected, rtol=1e-12)
+
+
+def test_the_first_mode_is_what_is_seen_most_though_more_tissue_moves_where_nothing_is_seen():
+    snapshots, _ = made_up_snapshots(20, 5)
+    seen = np.flatnonzero(visible_measure(snapshots) > 0.01)
+    hidden = np.flatnonzero(np.asarray(snapshots.surface.weights.sum(axis=0)).ravel() == 0)
+    displacements = np.zeros_like(snapshots.displacements)
+    displacements[::2, seen, 0] = 1e-3
+    displacements[1::2, hidden, 1] = 5e-3
+    still = {"displacements": displacements, "derivatives": None, "lift_fields": 0 * snapshots.lift_fields}
+    (mode,) = project(replace(snapshots, **still), 1).modes
+    assert np.abs(mode[seen, 0]).min() > 1e6 * np.abs(mode[hidden]).max()
+
+
+def test_directional_derivatives_go_a_step_up_or_down_in_every_parameter():
+    snapshots, _ = made_up_snapshots(20, 5)
+    rows = np.flatnonzero(~snapshots.held_out)
+    derivatives = snapshots.derivatives.copy()
+    derivatives[:, [0, 2, 3, 4]] = 0.0
+    rigid = replace(snapshots, derivatives=derivatives, lift_fields=0 * snapshots.lift_fields)
+    found = directional_derivatives(rigid, rows).reshape(len(rows), -1, 60, 3)
+    each = MOST_NEIGHBOURS // len(rows)
+    assert found.shape[1] == each
+    size = np.abs(derivatives[rows, 1])[:, None] * STEP / np.sqrt(each)
+    np.testing.assert_allclose(np.abs(found), np.broadcast_to(size, found.shape), rtol=1e-5)
+    assert (found[0] != found[0, 0]).any()
+
+
+def test_modes_span_directions_in_which_no_snapshot_went():
+    snapshots, _ = made_up_snapshots(20, 5)
+    new = np.zeros((60, 3))
+    new[:, 2] = np.random.default_rng(3).normal(size=60) * 1e-3
+    derivatives = snapshots.derivatives.copy()
+    derivatives[:, 0] += new
+    modes = project(replace(snapshots, derivatives=derivatives.astype(np.float32)), 8).modes.reshape(-1, 180)
+    missed = new.ravel() - np.linalg.lstsq(modes.T, new.ravel(), rcond=None)[0] @ modes
+    assert np.linalg.norm(missed) < 1e-4 * np.linalg.norm(new)

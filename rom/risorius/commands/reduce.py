@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from risorius.model import ReducedModel
 
-DEFAULT_RANK = 80
+DEFAULT_RANK = 240
 
 
 def reduce(
