@@ -13,6 +13,7 @@ from risorius.budget import Budget
 from risorius.choosing import taken
 from risorius.errors import InputError
 from risorius.evaluators import Superposition
+from risorius.guard import Verdict
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
@@ -20,6 +21,7 @@ from risorius.operating_point import OperatingPoint
 from risorius.scene import Scene
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
+_METHOD = {Verdict.GOOD: "{}", Verdict.MENDED: "{}, mended", Verdict.HELD: "held"}
 
 
 @dataclass(frozen=True)
@@ -27,9 +29,10 @@ class Frame:
     """One evaluated face.
 
     vertices: (n, 3) float32, metres. coordinates: (r,) reduced coordinates. error: metres, estimated upper bound of
-    the vertex error against the full model, calibrated to hold on 95 % of held-out snapshots. method: the evaluator
-    that answered. converged: False when the evaluator could not answer; the frame is then the last good state.
-    elapsed: seconds.
+    the vertex error against the full model, calibrated to hold on 95 % of held-out snapshots; infinite where nothing is
+    known. method: the evaluator that answered, followed by ", mended" where tissue would have folded and was changed as
+    little as that takes; or "held": nothing could be answered, and the frame is the last good state. converged: False
+    for that. elapsed: seconds.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -81,12 +84,13 @@ class Engine:
         parameters = self._parameters(weights, muscles)
         indicators = self._pipeline.solve(parameters)
         vertices = self._reconstruct(out)
+        verdict = self._pipeline.verdict
         return Frame(
             vertices=vertices,
             coordinates=self._pipeline.coordinates.copy(),
-            error=self.point.bound.value(indicators),
-            method=self.point.setting.method,
-            converged=True,
+            error=self.point.bound.value(indicators) + self._pipeline.moved,
+            method=_METHOD[verdict].format(self.point.setting.method),
+            converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
         )
 
