@@ -42,6 +42,7 @@ class Pipeline:
         linear = setting.method == Superposition.name
         self._linear = None if linear else model.evaluators[Superposition.name].at(setting)
         self._linear_part = self._modal if linear else np.zeros(setting.rank)
+        self._middle = setting.middle
         self._surface = surface
         self._parameters = np.zeros(len(model.inputs.parameters))
         self._setting, self._at_rest = setting, effects
@@ -68,7 +69,7 @@ class Pipeline:
         self._evaluator.coordinates(driven, self._modal)
         if self._linear is not None:
             self._linear.coordinates(driven, self._linear_part)
-        indicators = (*indicate(driven, self._modal, self._linear_part), self._evaluator.doubt)
+        indicators = (*indicate(driven, self._modal, self._linear_part, self._middle), self._evaluator.doubt)
         for effect, own in zip(self._effects, self._own, strict=True):
             effect.respond(driven, self._used[: self._face], own, surroundings)
         self._settle()

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.part import Part
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,10 @@ class Effect(Protocol):
 
     def at(self, setting: Setting) -> Effect:
         """Return the effect for the leading modes of a setting, with a state of its own, at rest."""
+        ...
+
+    def within(self, part: Part) -> Effect:
+        """Return the effect of a part of its model: fewer parameters, coordinates, carrying points and vertices."""
         ...
 
     def in_axes(self, order: tuple[int, int, int]) -> Effect:
