@@ -18,6 +18,7 @@ from risorius.companion import Companion, read_companions, write_companions
 from risorius.effects import EFFECTS, Effect
 from risorius.errors import FileFormatError
 from risorius.evaluators import EVALUATORS, Evaluator
+from risorius.guard import Watch
 from risorius.inputs import InputTable
 from risorius.operating_point import OperatingPoint
 from risorius.poses import Poses
@@ -34,7 +35,8 @@ class ReducedModel:
     rest_vertices: (n, 3) float32, metres. triangles: (m, 3) int32, outward. carried_basis: its first `lifts` fields
     carry the unit motions of the poses into the skin and are driven exactly. points: measured ways of running it.
     colours: (n, 3) sRGB or NO_COLOURS. companions: rigid things seen with the face, by name; `Companion.posed` moves
-    them by the coordinates of a frame. effects: those that a scene may ask for, by name.
+    them by the coordinates of a frame. effects: those that a scene may ask for, by name. watch: where its tissue folds
+    first; None for snapshots without a body.
     """
 
     name: str
@@ -49,6 +51,7 @@ class ReducedModel:
     colours: Colours = field(default_factory=NO_COLOURS.copy)
     companions: Mapping[str, Companion] = field(default_factory=dict)
     effects: Mapping[str, Effect] = field(default_factory=dict)
+    watch: Watch | None = None
 
     @property
     def basis(self) -> npt.NDArray[np.float32]:
@@ -93,6 +96,8 @@ class ReducedModel:
                 evaluator.write(file.create_group(f"evaluators/{name}"))
             for name, effect in self.effects.items():
                 effect.write(file.create_group(f"effects/{name}"))
+            if self.watch is not None:
+                self.watch.write(file.create_group("watch"))
             for number, point in enumerate(self.points):
                 point.write(file.create_group(f"points/{number:03}"))
 
@@ -126,5 +131,6 @@ def _read(file: h5py.File, path: Path) -> ReducedModel:
         colours=file["colours"][()],
         companions=read_companions(file),
         effects={name: EFFECTS[name].read(group) for name, group in stored.items()},
+        watch=Watch.read(file["watch"]) if "watch" in file else None,
     )
     return model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -10,17 +11,22 @@ import numpy.typing as npt
 from risorius.effects import Effect, Surroundings
 from risorius.error_bound import indicate
 from risorius.evaluators import Setting, Superposition
+from risorius.guard import Guard, Verdict
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.reconstruction import Reconstruction, reconstruction
+from risorius.sizes import largest_size
 
 ALONE = Surroundings()
+FARTHEST = 2.0  # times the largest coordinate of a vertex at rest: no effect takes skin that far
 
 
 class Pipeline:
     """Evaluates a model as a setting has it, without allocating anything. Not thread-safe: it owns its buffers.
 
     coordinates: (r,) of the model, zero for modes that the setting does without, then those of the effects' own.
+    verdict: of the guard, on the last frame. moved: metres, how far at most the guard has put any vertex from where the
+    evaluator and the effects would have; infinite where these gave nothing.
     """
 
     def __init__(
@@ -36,32 +42,63 @@ class Pipeline:
         linear = setting.method == Superposition.name
         self._linear = None if linear else model.evaluators[Superposition.name].at(setting)
         self._linear_part = self._modal if linear else np.zeros(setting.rank)
+        self._middle = setting.middle
         self._surface = surface
         self._parameters = np.zeros(len(model.inputs.parameters))
+        self._setting, self._at_rest = setting, effects
         self._effects = [effect.at(setting) for effect in effects]
         self._own = np.split(self._used[self._face :], np.cumsum(own)[:-1]) if own else []
+        watch = None if model.watch is None else model.watch.leading(self._face)
+        self._guard = Guard(watch, model.lifts, len(self._used))
+        self._answered = np.zeros(len(self._used))
+        self._farthest = FARTHEST * float(np.abs(model.rest_vertices).max())
+        self.verdict, self.moved = Verdict.GOOD, 0.0
+
+    def check(self, surroundings: Surroundings) -> None:
+        """Raise InputError for what one of the effects cannot show."""
+        for effect in self._effects:
+            effect.check(surroundings)
 
     def solve(self, parameters: FloatArray, surroundings: Surroundings = ALONE) -> tuple[float, ...]:
         """Set the coordinates of parameters (p,). Returns the indicators of the error bound."""
         driven = self._parameters
         driven[:] = parameters
         for effect in self._effects:
-            effect.drive(driven, surroundings)
+            surroundings = effect.drive(driven, surroundings)
         self._poses.lift_coordinates(driven[self._muscles :], out=self._lifts)
         self._evaluator.coordinates(driven, self._modal)
         if self._linear is not None:
             self._linear.coordinates(driven, self._linear_part)
-        indicators = (*indicate(driven, self._modal, self._linear_part), self._evaluator.doubt)
+        indicators = (*indicate(driven, self._modal, self._linear_part, self._middle), self._evaluator.doubt)
         for effect, own in zip(self._effects, self._own, strict=True):
             effect.respond(driven, self._used[: self._face], own, surroundings)
+        self._settle()
         self._tell()
         return indicators
 
     def write(self, out: npt.NDArray[np.float32]) -> None:
-        """Write the vertices (n, 3) into contiguous `out`."""
+        """Write the vertices (n, 3) into contiguous `out`; without the effects' share where that would explode."""
         self._surface.write(self._used, out)
         for effect in self._effects:
             effect.finish(self._used, out)
+        if self._effects and not largest_size(out.reshape(-1)) <= self._farthest:
+            self._surface.write(self._used, out)
+            self.verdict, self.moved = Verdict.HELD, math.inf
+            self._restart_effects()
+
+    def _settle(self) -> None:
+        """Let the guard judge the coordinates; what has brought a frame down does not go on into the next."""
+        self._answered[:] = self._used
+        self.verdict = self._guard.settle(self._used)
+        self.moved = 0.0
+        if self.verdict is not Verdict.GOOD:
+            self._answered -= self._used
+            self.moved = self._surface.reach(self._answered)
+        if self.verdict is Verdict.HELD:
+            self._restart_effects()
+
+    def _restart_effects(self) -> None:
+        self._effects = [effect.at(self._setting) for effect in self._at_rest]
 
     def _tell(self) -> None:
         own = len(self._used) - self._face

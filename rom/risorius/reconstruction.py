@@ -6,6 +6,7 @@ the fields are added up there, and what comes out is carried to the vertices: ex
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ import scipy.sparse as sp
 from risorius.carried_basis import CarriedBasis
 from risorius.jaw import FloatArray
 from risorius.packed_fields import PackedFields
+from risorius.sizes import largest_size
 from risorius.vector_sums import LANES, carry
 
 Vertices = npt.NDArray[np.float32]
@@ -28,6 +30,10 @@ class Reconstruction(Protocol):
 
     def write(self, coordinates: FloatArray, out: Vertices) -> None:
         """Write the vertices (n, 3) of coordinates (r,) into contiguous `out`."""
+        ...
+
+    def reach(self, coordinates: FloatArray) -> float:
+        """Metres that no vertex moves further than at coordinates (r,); infinite where these are not finite."""
         ...
 
     def error_bound(self, coordinates: FloatArray) -> float:
@@ -54,9 +60,13 @@ class PlainReconstruction:
         """See `Reconstruction`."""
         np.add(self._fields.combined(coordinates), self._rest.reshape(-1), out=out.reshape(-1))
 
+    def reach(self, coordinates: FloatArray) -> float:
+        """See `Reconstruction`."""
+        return _reach(self._fields, coordinates)
+
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        return _rounding(len(coordinates), float(np.abs(coordinates) @ self._fields.largest), self._rest)
+        return _rounding(len(coordinates), _sizes(self._fields, coordinates), self._rest)
 
 
 class CarriedReconstruction:
@@ -76,10 +86,25 @@ class CarriedReconstruction:
         """See `Reconstruction`."""
         carry(*self._blocks, self._fields.combined(coordinates), out.reshape(-1))
 
+    def reach(self, coordinates: FloatArray) -> float:
+        """See `Reconstruction`."""
+        return self._gain * _reach(self._fields, coordinates)
+
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        size = self._gain * float(np.abs(coordinates) @ self._fields.largest)
-        return _rounding(self._terms, size, self._rest)
+        return _rounding(self._terms, self._gain * _sizes(self._fields, coordinates), self._rest)
+
+
+def _sizes(fields: PackedFields, coordinates: FloatArray) -> float:
+    """Sum of the largest components of all fields, each times its coordinate."""
+    return float(np.abs(coordinates) @ fields.largest)
+
+
+def _reach(fields: PackedFields, coordinates: FloatArray) -> float:
+    """Length of a vector whose components are all as large as the largest of the sum of the fields."""
+    if not np.isfinite(coordinates).all():
+        return math.inf
+    return math.sqrt(3.0) * float(largest_size(fields.combined(coordinates)))
 
 
 def _rounding(terms: int, size: float, rest: Vertices) -> float:

@@ -15,6 +15,7 @@ from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
 from risorius.evaluators.observations import Observations, Reflection
+from risorius.guard.watch import Watch, random_states
 from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sample_body
 from risorius.jaw import FloatArray
 from risorius.measuring import measured, settings
@@ -73,9 +74,11 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         RationalMap.name: learned,
     }
     fields = np.concatenate([snapshots.lift_fields, modal.modes])
+    watch = None
     if snapshots.body is not None:
         sampled = _sample(snapshots, snapshots.body, modal, fields)
         evaluators[CorrectedMap.name] = CorrectedMap(learned, sampled, snapshots.poses)
+        watch = _watch(snapshots, snapshots.body, modal, fields, learned)
     surface = snapshots.surface
     model = ReducedModel(
         name=snapshots.name,
@@ -89,6 +92,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},
         colours=surface.colours,
         companions=snapshots.companions,
+        watch=watch,
     )
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
 
@@ -101,6 +105,13 @@ def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatA
         states=np.hstack([_lifts(snapshots), modal.coordinates])[used],
     )
     return sample_body(body, snapshots.points, fields, len(snapshots.lift_fields), equilibria, ELEMENTS)
+
+
+def _watch(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatArray, learned: Evaluator) -> Watch:
+    """Choose where the engine looks for folded tissue, from snapshots and from what a map makes of random inputs."""
+    equilibria = np.hstack([_lifts(snapshots), modal.coordinates])[~snapshots.held_out]
+    others = random_states(learned, snapshots.inputs, snapshots.poses, len(modal.modes))
+    return Watch.choose(body, fields, len(snapshots.lift_fields), equilibria, others)
 
 
 def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:

@@ -1,0 +1,8 @@
+"""Stands between the answer of an evaluator and the face that is shown: tissue neither folds nor explodes."""
+
+from __future__ import annotations
+
+from risorius.guard.guard import Guard, Verdict
+from risorius.guard.watch import Watch
+
+__all__ = ["Guard", "Verdict", "Watch"]

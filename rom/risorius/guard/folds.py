@@ -1,0 +1,43 @@
+"""Folded tissue in reduced coordinates: found at the watched points, and unfolded there by the least change."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from risorius.guard.kernels import push, smallest_determinant
+from risorius.guard.watch import Watch
+from risorius.jaw import FloatArray
+from risorius.packed_fields import PackedFields
+
+UNFOLDED = 0.05  # J that a folded point is pushed to
+LONGEST_PUSH = 1.0  # modal coordinates: a millimetre, root mean square
+MOST_PUSHES = 32
+
+
+class Folds:
+    """Looks at the watched points of a face whose first `lifts` coordinates its poses prescribe. Not thread-safe."""
+
+    def __init__(self, watch: Watch, lifts: int) -> None:
+        self._lifts = lifts
+        self._fields = PackedFields(watch.gradients.reshape(len(watch.gradients), -1, 3))
+        self._slopes = np.ascontiguousarray(watch.gradients[lifts:].transpose(1, 2, 0))
+        self._jacobians = np.empty(len(watch), np.float32)
+        self._direction = np.empty(self._slopes.shape[2])
+        self.unfold(np.zeros(len(watch.gradients)))  # compiles what only few frames need
+
+    def smallest(self, coordinates: FloatArray) -> float:
+        """Smallest J at the watched points for coordinates (r,)."""
+        self._change = self._fields.combined(coordinates)
+        return float(smallest_determinant(self._change, self._jacobians))
+
+    def unfold(self, coordinates: FloatArray) -> bool:
+        """Change the modal coordinates until no watched point is folded; False where that is not found.
+
+        The worst point is pushed along the gradient of its J, which is the shortest way, and then the worst again.
+        """
+        modal = coordinates[self._lifts :]
+        for _ in range(MOST_PUSHES):
+            if self.smallest(coordinates) > 0.0:
+                return True
+            push(self._change, self._jacobians, self._slopes, UNFOLDED, LONGEST_PUSH, self._direction, modal)
+        return self.smallest(coordinates) > 0.0

@@ -1,0 +1,129 @@
+"""Where tissue folds first: few points whose J tells whether a state of the face is one that tissue can be in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from risorius.evaluators import Evaluator
+from risorius.inputs import InputTable
+from risorius.jaw import FloatArray
+from risorius.mechanics.body import Body
+from risorius.poses import Poses
+
+POINTS = 64
+RANDOM_STATES = 256  # of the evaluator, for inputs that no snapshot was made of
+ACTIVE_SHARES = (0.1, 0.3, 1.0)  # of the inputs of a random state
+BLOCK = 1024  # points whose J are found at once
+
+
+@dataclass(frozen=True)
+class Watch:
+    """gradients: (r, k, 9) float32, deformation gradient less identity at k points, row by row, per unit coordinate.
+
+    longest: Euclidean length of the longest modal coordinates that training has seen an equilibrium have.
+    """
+
+    gradients: npt.NDArray[np.float32]
+    longest: float
+
+    def __len__(self) -> int:
+        return self.gradients.shape[1]
+
+    def leading(self, count: int) -> Watch:
+        """Return that of the first coordinates only."""
+        return replace(self, gradients=self.gradients[:count])
+
+    def jacobians(self, coordinates: FloatArray) -> FloatArray:
+        """J (k,) of coordinates (r,), or fewer: what is left out is zero."""
+        used = min(len(coordinates), len(self.gradients))
+        change = np.tensordot(coordinates[:used], self.gradients[:used].astype(np.float64), axes=1)
+        return np.asarray(np.linalg.det(np.eye(3) + change.reshape(-1, 3, 3)))
+
+    def write(self, group: h5py.Group) -> None:
+        """Store all fields."""
+        group["gradients"] = self.gradients
+        group.attrs["longest"] = self.longest
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Watch:
+        """Load what `write` stored."""
+        return cls(group["gradients"][()], float(group.attrs["longest"]))
+
+    @classmethod
+    def choose(cls, body: Body, fields: FloatArray, lifts: int, equilibria: FloatArray, others: FloatArray) -> Watch:
+        """Choose points of a body, for coordinates of fields (r, n, 3) of its nodes, the first `lifts` of the poses.
+
+        equilibria (s, r): states that the face takes; others (t, r): states that an evaluator gives, folded or not.
+        Points are taken that tell of most folded states, until every folded state is told of by as many as there is
+        room for; without folded states, those that are squeezed most.
+        """
+        states = np.concatenate([equilibria, others])
+        folded, smallest = [], []
+        for gradients in _gradients(body, fields):
+            jacobians = _jacobians(gradients, states)
+            folded.append(jacobians <= 0.0)
+            smallest.append(jacobians.min(axis=0))
+        chosen = _covering(np.concatenate(folded, axis=1), np.concatenate(smallest), POINTS)
+        longest = float(np.linalg.norm(equilibria[:, lifts:], axis=1).max())
+        return cls(np.ascontiguousarray(_at(chosen, _gradients(body, fields)).transpose(2, 0, 1)), longest)
+
+
+def random_states(evaluator: Evaluator, inputs: InputTable, poses: Poses, rank: int) -> FloatArray:
+    """Coordinates (RANDOM_STATES, lifts + rank) of an evaluator for random inputs, few of them active to all."""
+    rng, names, lifts = np.random.default_rng(0), len(inputs.names), poses.lift_count
+    states = np.empty((RANDOM_STATES, lifts + rank))
+    for number, state in enumerate(states):
+        active = rng.random(names) < ACTIVE_SHARES[number % len(ACTIVE_SHARES)]
+        weights = np.where(active, rng.uniform(inputs.lower, 1.0), 0.0)
+        parameters = inputs.to_parameters(weights)
+        poses.lift_coordinates(parameters[len(inputs.muscles) :], out=state[:lifts])
+        evaluator.coordinates(parameters, state[lifts:])
+    return states
+
+
+def _gradients(body: Body, fields: FloatArray) -> Iterator[npt.NDArray[np.float32]]:
+    """(b, 9, r) of block after block of the points of the tissue."""
+    for table in body.passive:
+        points = table.weights.shape[1]
+        elements = max(BLOCK // points, 1)
+        for start in range(0, len(table.weights), elements):
+            here = slice(start, start + elements)
+            nodal = fields[:, table.connectivity[here]]
+            change = np.einsum("reai,eqaj->eqijr", nodal, table.gradients[here], optimize=True)
+            yield change.reshape(-1, 9, len(fields)).astype(np.float32)
+
+
+def _at(chosen: npt.NDArray[np.int64], blocks: Iterator[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
+    """Rows of blocks that follow each other; all of them together may not fit in memory."""
+    kept, start = [], 0
+    for block in blocks:
+        kept.append(block[chosen[(chosen >= start) & (chosen < start + len(block))] - start])
+        start += len(block)
+    return np.concatenate(kept)
+
+
+def _jacobians(gradients: npt.NDArray[np.float32], states: FloatArray) -> FloatArray:
+    """J (s, b) of states (s, r) at points with gradients (b, 9, r)."""
+    change = (gradients @ states.T.astype(np.float32)).transpose(2, 0, 1)
+    return np.asarray(np.linalg.det(np.eye(3) + change.reshape(*change.shape[:2], 3, 3)))
+
+
+def _covering(folded: npt.NDArray[np.bool_], smallest: FloatArray, count: int) -> npt.NDArray[np.int64]:
+    """Numbers of points: greedily those of most folded states (s, p) that fewest of the taken ones tell of yet."""
+    candidates = np.flatnonzero(folded.any(axis=0))
+    told, matrix = np.zeros(len(folded)), folded[:, candidates].astype(np.float64)
+    taken: list[int] = []
+    for _ in range(min(count, len(candidates))):
+        worth = (0.5**told) @ matrix
+        worth[taken] = -1.0
+        taken.append(int(worth.argmax()))
+        told += matrix[:, taken[-1]]
+    chosen = candidates[taken]
+    others = np.argsort(smallest)
+    others = others[~np.isin(others, chosen)]
+    return np.concatenate([chosen, others[: count - len(chosen)]])
