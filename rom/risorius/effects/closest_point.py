@@ -1,0 +1,46 @@
+"""Nearest point of a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5)."""
+
+from __future__ import annotations
+
+import numba
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def closest_point(p, a, b, c, w):  # type: ignore[no-untyped-def]
+    """Write the weights of the corners a, b, c; return the square of the distance. What is off a feature has zero."""
+    abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    apx, apy, apz = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+    d1 = abx * apx + aby * apy + abz * apz
+    d2 = acx * apx + acy * apy + acz * apz
+    bb = abx * abx + aby * aby + abz * abz
+    bc = abx * acx + aby * acy + abz * acz
+    cc = acx * acx + acy * acy + acz * acz
+    d3, d4 = d1 - bb, d2 - bc
+    d5, d6 = d1 - bc, d2 - cc
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    u, v, s = 0.0, 0.0, 0.0
+    if d1 <= 0.0 and d2 <= 0.0:
+        u = 1.0
+    elif d3 >= 0.0 and d4 <= d3:
+        v = 1.0
+    elif d6 >= 0.0 and d5 <= d6:
+        s = 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v = d1 / (d1 - d3)
+        u = 1.0 - v
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        s = d2 / (d2 - d6)
+        u = 1.0 - s
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        s = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1.0 - s
+    else:
+        total = va + vb + vc
+        v, s = vb / total, vc / total
+        u = 1.0 - v - s
+    w[0], w[1], w[2] = u, v, s
+    x = apx - v * abx - s * acx
+    y = apy - v * aby - s * acy
+    z = apz - v * abz - s * acz
+    return x * x + y * y + z * z

@@ -1,0 +1,86 @@
+"""Contact: skin that the map has put into teeth, or a lip that it has put into the other, is moved out of there.
+
+The map was trained with contact and knows of most of it. What is left is found at a few hundred points of the skin and
+pushed out along smooth fields around them, at most `SWEEPS` times in a frame, all in place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from risorius.contact_geometry import ContactGeometry
+from risorius.effects.contact_kernels import resolve
+from risorius.effects.contact_tables import ContactTables
+from risorius.effects.effect import Surroundings
+from risorius.evaluators.setting import Setting
+from risorius.jaw import FloatArray
+
+
+class Contact:
+    """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points."""
+
+    name = "contact"
+
+    def __init__(self, tables: ContactTables, geometry: ContactGeometry, carriers: int) -> None:
+        self.tables, self.geometry = tables, geometry
+        self.fields = np.zeros((0, carriers, 3), np.float32)
+        t = tables
+        self._points = t.points, t.onset, t.away
+        self._teeth = t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves
+        self._turn, self._origin = np.eye(3), np.zeros(3)
+        sign = float(t.orientation[0])
+        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, sign
+        self._rows = t.row_starts, t.row_controls, t.row_shares
+        self._columns = t.column_starts, t.column_vertices, t.column_shares
+        controls = len(t.column_starts) - 1
+        scratch = tuple(np.zeros(3) for _ in range(5))
+        self._state = (
+            np.zeros(len(t.points), np.int32), np.zeros(len(t.vertices), np.int32), t.facing.copy(),
+            np.zeros((controls, 3)), np.zeros(controls), scratch,
+        )  # fmt: skip
+        self._motion = np.zeros((4, 4))
+
+    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> None:
+        """Nothing: contact does not change what muscles do."""
+
+    def respond(
+        self, parameters: FloatArray, coordinates: FloatArray, own: FloatArray, surroundings: Surroundings
+    ) -> None:
+        """Nothing: it is the vertices that touch."""
+
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+        """Move vertices (n, 3) out of teeth and lips, in place."""
+        transforms = self.tables.transforms
+        if len(transforms):
+            np.dot(coordinates[: len(transforms)], transforms.reshape(len(transforms), 16), out=self._motion.reshape(16))
+            self._turn[:] = self._motion[:3, :3]
+            self._turn.flat[::4] += 1.0
+            self._origin[:] = self._motion[:3, 3]
+        body = self._turn, self._origin
+        resolve(vertices, self._points, self._teeth, body, self._lips, self._rows, self._columns, self._state)
+
+    def at(self, setting: Setting) -> Contact:
+        """Return the effect with a state of its own; it is the same for any number of modes."""
+        return Contact(self.tables, self.geometry, self.fields.shape[1])
+
+    def in_axes(self, order: tuple[int, int, int]) -> Contact:
+        """Return the effect for vertices whose components are in another order."""
+        return Contact(self.tables.in_axes(order), self.geometry, self.fields.shape[1])
+
+    def write(self, group: h5py.Group) -> None:
+        """Store tables and geometry."""
+        group.attrs["carriers"] = self.fields.shape[1]
+        self.geometry.write(group.create_group("geometry"))
+        tables = group.create_group("tables")
+        for field in fields(self.tables):
+            tables[field.name] = getattr(self.tables, field.name)
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Contact:
+        """Load what `write` stored."""
+        tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
+        return cls(tables, ContactGeometry.read(group["geometry"]), int(group.attrs["carriers"]))

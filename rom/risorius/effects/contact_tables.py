@@ -1,0 +1,190 @@
+"""What the kernels of contact read, and how it is made from a model and what its skin can touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from risorius.companion import JAW, unit_transforms
+from risorius.contact_geometry import ContactGeometry
+from risorius.effects.correction_fields import CorrectionFields
+from risorius.jaw import FloatArray
+from risorius.lip_sheets import LipSheets
+from risorius.penetration import PenetrationMeasure
+from risorius.poses import Poses
+
+MOST_POINTS = 400  # that are looked at for teeth, and for lips
+REACHED = 0.5e-3  # metres: a vertex that never comes as near as that to a tooth cannot touch it
+BESIDE = 1.5e-3  # metres: what is as near as that to where lips meet can meet, too
+FINEST = 0.5e-3  # metres between points
+DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
+OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class ContactTables:
+    """What the kernels read; vertex numbers are the model's.
+
+    Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below -1 m
+    where there is none; away (k, o, 3): the way out from deep in it. Obstacles: distances (all grids, flat), starts (o,),
+    shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
+    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
+    (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or -1
+    where the order of axes turns triangles over.
+    """
+
+    points: npt.NDArray[np.int32]
+    onset: npt.NDArray[np.float32]
+    away: npt.NDArray[np.float32]
+    distances: npt.NDArray[np.float32]
+    starts: npt.NDArray[np.int64]
+    shapes: npt.NDArray[np.int64]
+    lows: FloatArray
+    spacings: FloatArray
+    moves: npt.NDArray[np.bool_]
+    transforms: FloatArray
+    vertices: npt.NDArray[np.int32]
+    facing: npt.NDArray[np.int32]
+    places: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.int32]
+    across: npt.NDArray[np.int32]
+    planes: npt.NDArray[np.float32]
+    row_starts: npt.NDArray[np.int32]
+    row_controls: npt.NDArray[np.int32]
+    row_shares: npt.NDArray[np.float32]
+    column_starts: npt.NDArray[np.int32]
+    column_vertices: npt.NDArray[np.int32]
+    column_shares: npt.NDArray[np.float32]
+    orientation: npt.NDArray[np.int64]
+
+    def in_axes(self, order: tuple[int, int, int]) -> ContactTables:
+        """Tables for vertices whose components are in another order."""
+        axes = list(order)
+        grids = [
+            self.distances[start : start + shape.prod()].reshape(shape).transpose(axes).ravel()
+            for start, shape in zip(self.starts, self.shapes, strict=True)
+        ]
+        turned = np.eye(4)[[*axes, 3]]
+        return replace(
+            self,
+            away=np.ascontiguousarray(self.away[..., axes]),
+            distances=np.concatenate(grids) if grids else self.distances,
+            shapes=np.ascontiguousarray(self.shapes[:, axes]),
+            lows=np.ascontiguousarray(self.lows[:, axes]),
+            transforms=turned @ self.transforms @ turned.T,
+            places=np.ascontiguousarray(self.places[:, axes]),
+            planes=np.ascontiguousarray(self.planes[:, [*axes, 3]]),
+            orientation=self.orientation * round(np.linalg.det(turned)),
+        )
+
+
+def contact_tables(
+    geometry: ContactGeometry,
+    poses: Poses,
+    rest: npt.NDArray[np.float32],
+    triangles: npt.NDArray[np.int32],
+    frames: Iterable[tuple[FloatArray, npt.NDArray[np.float32]]],
+) -> ContactTables:
+    """Tables for a surface at rest (n, 3): what has touched in no frame, (coordinates, vertices), is left out."""
+    sheets = LipSheets.of(geometry.seam, rest, triangles)
+    touched, met = _reached(geometry, poses, rest, triangles, sheets, frames)
+    points = _thinned(rest, np.flatnonzero(touched))
+    chosen = np.searchsorted(sheets.vertices, _thinned(rest, sheets.vertices[met]))
+    touching = np.union1d(points, sheets.vertices[chosen])
+    rows = CorrectionFields.of(rest, triangles, touching).shares
+    columns = sp.csr_matrix(rows.T)
+    return ContactTables(
+        points=points.astype(np.int32),
+        **_of_obstacles(geometry, poses, rest[points]),
+        vertices=sheets.vertices[chosen],
+        facing=sheets.facing[chosen],
+        places=rest[sheets.vertices[chosen]],
+        triangles=sheets.triangles,
+        across=sheets.across,
+        planes=_planes(rest, sheets.triangles),
+        row_starts=rows.indptr.astype(np.int32),
+        row_controls=rows.indices.astype(np.int32),
+        row_shares=rows.data.astype(np.float32),
+        column_starts=columns.indptr.astype(np.int32),
+        column_vertices=columns.indices.astype(np.int32),
+        column_shares=columns.data.astype(np.float32),
+        orientation=np.ones(1, dtype=np.int64),
+    )
+
+
+def _reached(
+    geometry: ContactGeometry,
+    poses: Poses,
+    rest: npt.NDArray[np.float32],
+    triangles: npt.NDArray[np.int32],
+    sheets: LipSheets,
+    frames: Iterable[tuple[FloatArray, npt.NDArray[np.float32]]],
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Vertices (n,) that come within REACHED of a tooth in a frame, and those of the lips (s,) that meet there."""
+    measure = PenetrationMeasure(geometry, poses, rest, triangles)
+    touched, met = np.zeros(len(rest), bool), np.zeros(len(sheets.vertices), bool)
+    for coordinates, vertices in frames:
+        touched |= measure.depths_in_teeth(vertices, coordinates, REACHED) > 0.0
+        met |= measure.depths_in_lips(vertices) > 0.0
+    return touched, _widened(rest[sheets.vertices], met)
+
+
+def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Flags (k,) of places within BESIDE of a chosen one, too."""
+    if not chosen.any():
+        return chosen
+    return np.asarray(cKDTree(places[chosen]).query(places)[0] <= BESIDE)
+
+
+def _thinned(rest: npt.NDArray[np.float32], among: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
+    """At most MOST_POINTS of the vertices, evenly spread; on both sides of the plane of symmetry alike."""
+    places = np.round(rest[among].astype(np.float64), 7)
+    among = among[np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))]
+    spacing = FINEST
+    chosen = among
+    while len(chosen) > MOST_POINTS:
+        tree, free = cKDTree(rest[among]), np.ones(len(among), bool)
+        kept = []
+        for number in range(len(among)):
+            if free[number]:
+                kept.append(number)
+                free[tree.query_ball_point(rest[among[number]], spacing)] = False
+        chosen, spacing = among[kept], 1.1 * spacing
+    return np.sort(chosen)
+
+
+def _of_obstacles(geometry: ContactGeometry, poses: Poses, places: npt.NDArray[np.float32]) -> dict[str, Any]:
+    obstacles = list(geometry.obstacles.values())
+    onset = np.full((len(places), len(obstacles)), -2.0, np.float32)
+    away = np.zeros((len(places), len(obstacles), 3), np.float32)
+    for number, obstacle in enumerate(obstacles):
+        gap, slope = obstacle.distance(places), obstacle.slope(places)
+        onset[:, number] = np.where(gap > -DEEPEST_AT_REST, np.minimum(gap, 0.0), -2.0)
+        away[:, number] = np.where(np.linalg.norm(slope, axis=1, keepdims=True) > 0.1, slope, OUT_OF_THE_FACE)
+    sizes = [obstacle.distances.size for obstacle in obstacles]
+    jaw = np.zeros((0, 4, 4)) if poses.jaw is None else unit_transforms(poses.jaw)
+    return {
+        "onset": onset,
+        "away": away,
+        "distances": np.concatenate([np.zeros(0, np.float32), *(obstacle.distances.ravel() for obstacle in obstacles)]),
+        "starts": np.cumsum([0, *sizes])[:-1].astype(np.int64),
+        "shapes": np.array([obstacle.distances.shape for obstacle in obstacles], np.int64).reshape(-1, 3),
+        "lows": np.array([obstacle.origin for obstacle in obstacles], float).reshape(-1, 3),
+        "spacings": np.array([obstacle.spacing for obstacle in obstacles], float),
+        "moves": np.array([obstacle.moves_with == JAW for obstacle in obstacles], bool),
+        "transforms": jaw,
+    }
+
+
+def _planes(rest: npt.NDArray[np.float32], triangles: npt.NDArray[np.int32]) -> npt.NDArray[np.float32]:
+    """(t, 4): outward normal, and its product with a corner."""
+    a, b, c = (rest[triangles[:, corner]].astype(np.float64) for corner in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.column_stack([normal, np.einsum("ti,ti->t", normal, a)]).astype(np.float32)
