@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from risorius import storage
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.part import Part
 from risorius.surface import CarriedSurface
 
 
@@ -50,6 +51,11 @@ class CarriedBasis:
     def leading(self, count: int) -> CarriedBasis:
         """Basis of the first fields only."""
         return CarriedBasis(self.fields[:count], self.weights)
+
+    def within(self, part: Part) -> CarriedBasis:
+        """Basis of the coordinates, carriers and vertices of a part."""
+        fields = self.fields[np.ix_(part.coordinates, part.carriers)]
+        return CarriedBasis(fields, self.weights[part.vertices][:, part.carriers].tocsr())
 
     def followed_by(self, fields: Sequence[npt.NDArray[np.float32]]) -> CarriedBasis:
         """Basis with further fields (k, m, 3) behind its own."""

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterable, Sequence
 
 from risorius.budget import Budget, Offer, choose
+from risorius.effects import Effect
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
@@ -19,17 +20,17 @@ _log = logging.getLogger(__name__)
 
 
 def taken(
-    model: ReducedModel, points: Sequence[OperatingPoint], budget: Budget | None
+    model: ReducedModel, points: Sequence[OperatingPoint], budget: Budget | None, effects: Sequence[Effect] = ()
 ) -> tuple[OperatingPoint, Pipeline]:
-    """Return one of the points, and what runs it on this machine.
+    """Return one of the points, and what runs it with the effects on this machine.
 
     With a budget all are timed here and now. Without one, the times of training decide and nothing is timed, so that
     the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
     """
     if budget is None or budget == Budget():
         point = points[choose(_offers(points, [point.seconds.median for point in points]), UNASKED).position]
-        return point, pipelines(model, [point.setting])[0]
-    ways = pipelines(model, [point.setting for point in points])
+        return point, pipelines(model, [point.setting], effects)[0]
+    ways = pipelines(model, [point.setting for point in points], effects)
     seconds = cautious(frame_seconds(ways, model, FRAMES))
     choice = choose(_offers(points, seconds), budget)
     point = points[choice.position]

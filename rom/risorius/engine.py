@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from risorius.budget import Budget
 from risorius.choosing import taken
+from risorius.effects import EFFECTS, Effect, Surroundings, Touch
+from risorius.effects.effect import vector
 from risorius.errors import InputError
 from risorius.evaluators import Superposition
 from risorius.guard import Verdict
@@ -18,6 +20,7 @@ from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
+from risorius.pipeline import ALONE
 from risorius.scene import Scene
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
@@ -48,14 +51,18 @@ class Engine:
 
     point: the operating point that the budget buys on this machine; without one, the most accurate whose frames took a
     millisecond at training. A budget that none meets is not an error: the nearest is taken, and the log warns.
-    Raises InputError when the model has no operating point for the scene.
+    effects: names of those that the scene calls for. Raises InputError when the model has no operating point for the
+    scene, or not an effect that it asks for.
     """
 
     def __init__(self, model: ReducedModel, scene: Scene | None = None, budget: Budget | None = None) -> None:
         self.model = model
         self.scene = scene or Scene()
-        self.point, self._pipeline = taken(model, self._candidates(), budget)
-        self.evaluate(np.zeros(len(self.inputs)))  # compiles the kernels, so that the first frame is not late
+        wanted = self._wanted()
+        self.effects = tuple(effect.name for effect in wanted)
+        self.point, self._pipeline = taken(model, self._candidates(), budget, wanted)
+        for step in (1e-3, None) if "inertia" in self.effects else (None,):
+            self.evaluate(step=step)  # compiles the kernels, so that the first frame is not late
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -72,18 +79,26 @@ class Engine:
         weights: Weights | None = None,
         *,
         muscles: Mapping[str, Weight] | None = None,
+        step: float | None = None,
+        gravity: npt.ArrayLike | None = None,
+        touches: Sequence[Touch] = (),
         out: npt.NDArray[np.float32] | None = None,
     ) -> Frame:
         """Evaluate input weights (a mapping by name, or an array in `inputs` order) and/or muscle activations.
 
         Named weights are numbers or FACS letters A to E. Muscle activations add to what the inputs ask of the same
-        muscle, up to full activation. `out`, an (n, 3) float32 array, receives the vertices without another copy.
-        Raises InputError for an unknown name or a weight out of range.
+        muscle, up to full activation. step: seconds since the last frame; without it the face is at rest under its
+        loads, whatever was before. gravity: (3,) m/s2 in the frame of the head; upright without it. touches: forces on
+        vertices. `out`, an (n, 3) float32 array, receives the vertices without another copy.
+        Raises InputError, before anything changes, for an unknown name, a weight out of range, or what the effects of
+        the scene do not show.
         """
         start = time.perf_counter()
         parameters = self._parameters(weights, muscles)
-        indicators = self._pipeline.solve(parameters)
-        vertices = self._reconstruct(out)
+        surroundings = self._surroundings(step, gravity, touches)
+        vertices = self._buffer(out)
+        indicators = self._pipeline.solve(parameters, surroundings)
+        self._pipeline.write(vertices)
         verdict = self._pipeline.verdict
         return Frame(
             vertices=vertices,
@@ -93,6 +108,19 @@ class Engine:
             converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
         )
+
+    def _wanted(self) -> list[Effect]:
+        """Effects that the scene calls for."""
+        wanted = []
+        for name, kind in EFFECTS.items():
+            found, asked = self.model.effects.get(name), getattr(self.scene, name)
+            if asked and found is None:
+                raise InputError(
+                    f"scene: {name} is asked for, but model {self.model.name!r} is without; train it from {kind.needs}"
+                )
+            if found is not None and asked is not False:
+                wanted.append(found)
+        return wanted
 
     def _candidates(self) -> list[OperatingPoint]:
         """Operating points that show what the scene asks for."""
@@ -111,12 +139,26 @@ class Engine:
             return table.to_parameters(table.weights(weights or {}), muscles)
         return table.to_parameters(table.checked(weights), muscles)
 
-    def _reconstruct(self, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
+    def _surroundings(
+        self, step: float | None, gravity: npt.ArrayLike | None, touches: Sequence[Touch]
+    ) -> Surroundings:
+        given = {"inertia": step is not None, "gravity": gravity is not None, "touch": bool(touches)}
+        if not any(given.values()):
+            return ALONE
+        for effect, asked in given.items():
+            if asked and effect not in self.effects:
+                argument = {"inertia": "step", "touch": "touches"}.get(effect, effect)
+                raise InputError(f"{argument}: the scene of this engine is without {effect}; it has {self.effects}")
+        acceleration = None if gravity is None else vector(gravity, "gravity")
+        surroundings = Surroundings(step, acceleration, tuple(touches))
+        self._pipeline.check(surroundings)
+        return surroundings
+
+    def _buffer(self, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
         shape = self.model.rest_vertices.shape
         vertices = np.empty(shape, dtype=np.float32) if out is None else out
         if vertices.shape != shape or vertices.dtype != np.float32 or not vertices.flags.c_contiguous:
             raise InputError(
                 f"out: give a contiguous float32 array of shape {shape}, not {vertices.dtype} {vertices.shape}"
             )
-        self._pipeline.write(vertices)
         return vertices

@@ -75,14 +75,17 @@ def _powers(logs: FloatArray, targets: FloatArray) -> tuple[FloatArray, float]:
 
 
 @numba.njit(cache=True)
-def indicate(parameters, modal, linear):  # type: ignore[no-untyped-def]
-    """Activity, interaction and tail of parameters (p,) with coordinates (r,), which are `linear` by superposition."""
+def indicate(parameters, modal, linear, middle):  # type: ignore[no-untyped-def]
+    """Activity, interaction and tail of parameters (p,) with coordinates (r,), which are `linear` by superposition.
+
+    middle: first coordinate of the upper half.
+    """
     activity = 0.0
     for weight in parameters:
         activity += abs(weight) / (abs(weight) + HALF_ACTIVE)
     interaction, tail = 0.0, 0.0
     for k in range(len(modal)):
         interaction += (modal[k] - linear[k]) ** 2
-        if 2 * k >= len(modal):
+        if k >= middle:
             tail += modal[k] ** 2
     return activity, interaction**0.5, tail**0.5

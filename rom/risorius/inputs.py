@@ -35,10 +35,12 @@ class InputTable:
 
     muscles: names of the muscle activations in [0, 1], in the model's order.
     poses: names of the pose weights (jaw, upper lids), which follow the muscles in the parameter vector.
+    only: names of the inputs that count; None for all that muscles and poses allow.
     """
 
     muscles: tuple[str, ...]
     poses: tuple[str, ...] = ()
+    only: frozenset[str] | None = None
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
@@ -51,7 +53,8 @@ class InputTable:
         units = [name for unit in ACTION_UNITS.values() for name in self._sided_names(unit)]
         driven = {muscle for name in units for muscle in self._drive_of(name)}
         left_over = [muscle for muscle in self.muscles if muscle not in driven]
-        return (*units, *self.poses, *left_over)
+        every = (*units, *self.poses, *left_over)
+        return every if self.only is None else tuple(name for name in every if name in self.only)
 
     @cached_property
     def drive(self) -> FloatArray:

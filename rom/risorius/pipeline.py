@@ -42,6 +42,7 @@ class Pipeline:
         linear = setting.method == Superposition.name
         self._linear = None if linear else model.evaluators[Superposition.name].at(setting)
         self._linear_part = self._modal if linear else np.zeros(setting.rank)
+        self._middle = setting.middle
         self._surface = surface
         self._parameters = np.zeros(len(model.inputs.parameters))
         self._setting, self._at_rest = setting, effects
@@ -53,17 +54,22 @@ class Pipeline:
         self._farthest = FARTHEST * float(np.abs(model.rest_vertices).max())
         self.verdict, self.moved = Verdict.GOOD, 0.0
 
+    def check(self, surroundings: Surroundings) -> None:
+        """Raise InputError for what one of the effects cannot show."""
+        for effect in self._effects:
+            effect.check(surroundings)
+
     def solve(self, parameters: FloatArray, surroundings: Surroundings = ALONE) -> tuple[float, ...]:
         """Set the coordinates of parameters (p,). Returns the indicators of the error bound."""
         driven = self._parameters
         driven[:] = parameters
         for effect in self._effects:
-            effect.drive(driven, surroundings)
+            surroundings = effect.drive(driven, surroundings)
         self._poses.lift_coordinates(driven[self._muscles :], out=self._lifts)
         self._evaluator.coordinates(driven, self._modal)
         if self._linear is not None:
             self._linear.coordinates(driven, self._linear_part)
-        indicators = (*indicate(driven, self._modal, self._linear_part), self._evaluator.doubt)
+        indicators = (*indicate(driven, self._modal, self._linear_part, self._middle), self._evaluator.doubt)
         for effect, own in zip(self._effects, self._own, strict=True):
             effect.respond(driven, self._used[: self._face], own, surroundings)
         self._settle()

@@ -48,6 +48,16 @@ class Poses:
         """Number of lift coordinates of all motions."""
         return sum(motion.lift_count for motion in self.motions)
 
+    def within(self, weights: npt.NDArray[np.int64]) -> Poses:
+        """Return those motions that have any of some weights, by number."""
+        kept, first = [], 0
+        for motion in self.motions:
+            end = first + len(motion.inputs)
+            if ((weights >= first) & (weights < end)).any():
+                kept.append(motion)
+            first = end
+        return Poses(self.jaw if self.jaw in kept else None, self.lids if self.lids in kept else None)
+
     def lift_coordinates(self, weights: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
         """Return the lift coordinates (lift_count,) of pose weights in `inputs` order."""
         weights = np.asarray(weights)

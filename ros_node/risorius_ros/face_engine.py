@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,7 +117,7 @@ class FaceEngine(Node):
         self._mesh.header.stamp = stamp
         self._mesh_publisher.publish(self._mesh)
         if self._preview:
-            self._preview.show(frame)
+            self._preview.show(replace(frame, vertices=messages.from_rep103(frame.vertices)))
 
     def _warn_of_bad_input(self) -> None:
         total = self._gate.counts.total() + self._held

@@ -73,7 +73,7 @@ def test_exact_answers_have_a_bound():
 
 def test_indicators_are_what_they_are_called():
     parameters, modal = np.array([0.0, 0.3, -0.3]), np.array([1.0, 2.0, 3.0, 4.0])
-    activity, interaction, tail = indicate(parameters, modal, np.array([1.0, 2.0, 0.0, 0.0]))
+    activity, interaction, tail = indicate(parameters, modal, np.array([1.0, 2.0, 0.0, 0.0]), 2)
     assert activity == pytest.approx(1.0)  # two parameters, each half active
     assert interaction == pytest.approx(5.0)
     assert tail == pytest.approx(5.0)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Awaitable, Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from risorius import Engine, InputError, ReducedModel
-from risorius.preview import Preview, server, sliders
+from risorius.preview import Preview, sliders
 
 PATIENCE = 60  # seconds before a test that waits for the other side gives up
 EXPRESSION = {"AU12_L": 0.9, "AU12_R": 0.2, "jaw_open": 0.4, "jaw_sideways": -0.3}
@@ -58,46 +59,57 @@ async def connect(address: str, path: str, **headers: str) -> WebSocketClientCon
     return await websocket_connect(HTTPRequest(f"ws://{address}{path}", headers=headers))
 
 
-async def join(address: str) -> tuple[WebSocketClientConnection, dict[str, Any], np.ndarray]:
-    """Connect as a page does; return the setup and the basis (r, n, 3) as well."""
+async def join(address: str) -> tuple[WebSocketClientConnection, dict[str, Any]]:
+    """Connect as a page does; return the setup as well."""
     page = await connect(address, "/face", Origin=f"http://{address}")
-    setup = json.loads(await page.read_message())
-    basis = await page.read_message()
-    assert struct.unpack("<II", basis[:8]) == (server.KIND_BASIS, 0)
-    return page, setup, np.frombuffer(basis[8:], "<f4").reshape(setup["rank"], -1, 3)
+    return page, json.loads(await page.read_message())
 
 
-async def read_frame(page: WebSocketClientConnection, rank: int) -> tuple[int, np.ndarray, dict[str, Any]]:
-    """Return ticket, coordinates (r,) and status of the next frame message."""
+async def read_frame(
+    page: WebSocketClientConnection, setup: dict[str, Any]
+) -> tuple[int, np.ndarray, np.ndarray, dict[str, Any]]:
+    """Return ticket, lift coordinates, vertices (n, 3) and status of the next frame message."""
     message = await page.read_message()
-    kind, ticket = struct.unpack("<II", message[:8])
-    assert kind == server.KIND_FRAME
-    return ticket, np.frombuffer(message[8 : 8 + 4 * rank], "<f4"), json.loads(message[8 + 4 * rank :])
+    (ticket,) = struct.unpack("<I", message[:4])
+    lifts = np.frombuffer(message, "<f4", setup["lifts"], 4)
+    start = 4 + lifts.nbytes
+    vertices = np.frombuffer(message, "<f4", 3 * setup["vertices"], start).reshape(-1, 3)
+    return ticket, lifts, vertices, json.loads(message[start + vertices.nbytes :])
 
 
-def test_basis_and_coordinates_give_the_vertices(stand: Stand) -> None:
+def test_page_is_sent_the_vertices_and_what_moves_companions(stand: Stand) -> None:
     async def work() -> tuple[np.ndarray, np.ndarray]:
-        page, setup, basis = await join(stand.address)
-        _, coordinates, _ = await read_frame(page, setup["rank"])
-        return basis, coordinates
+        page, setup = await join(stand.address)
+        _, lifts, vertices, _ = await read_frame(page, setup)
+        return lifts, vertices
 
     stand.show(**EXPRESSION)
-    basis, coordinates = talk(work())
-    vertices = stand.engine.model.rest_vertices + np.tensordot(coordinates, basis, 1)
-    assert np.abs(vertices - stand.engine.evaluate(EXPRESSION).vertices).max() < 1e-7
+    lifts, vertices = talk(work())
+    expected = stand.engine.evaluate(EXPRESSION)
+    np.testing.assert_array_equal(vertices, expected.vertices)
+    np.testing.assert_array_equal(lifts, expected.coordinates[: len(lifts)].astype(np.float32))
+    assert len(lifts) == stand.engine.model.lifts > 0
+
+
+def test_page_shows_the_face_at_rest_before_the_first_frame(stand: Stand) -> None:
+    async def work() -> np.ndarray:
+        page, setup = await join(stand.address)
+        return (await read_frame(page, setup))[2]
+
+    np.testing.assert_array_equal(talk(work()), stand.engine.model.rest_vertices)
 
 
 def test_page_that_never_acknowledges_is_sent_two_frames_and_then_the_latest(stand: Stand) -> None:
     async def work() -> list[int]:
-        page, setup, _ = await join(stand.address)
-        first, _, status = await read_frame(page, setup["rank"])
+        page, setup = await join(stand.address)
+        first, *_, status = await read_frame(page, setup)
         sequences = [status["sequence"]]
         for _ in range(5000):
             last = stand.show()
-        second, _, status = await read_frame(page, setup["rank"])
+        second, *_, status = await read_frame(page, setup)
         sequences.append(status["sequence"])
         await page.write_message(json.dumps({"drawn": second}))
-        _, _, status = await read_frame(page, setup["rank"])
+        *_, status = await read_frame(page, setup)
         assert status["sequence"] == last
         return [first, second, *sequences]
 
@@ -145,8 +157,8 @@ def test_another_name_for_this_machine_is_not_served(stand: Stand) -> None:
 )
 def test_message_that_no_page_sends_ends_the_connection(stand: Stand, message: str) -> None:
     async def work() -> int | None:
-        page, setup, _ = await join(stand.address)
-        await read_frame(page, setup["rank"])
+        page, setup = await join(stand.address)
+        await read_frame(page, setup)
         await page.write_message(message)
         assert await page.read_message() is None
         return page.close_code
@@ -173,8 +185,8 @@ def test_unknown_host_is_refused(stand: Stand) -> None:
 
 def test_frame_of_another_model_is_refused(stand: Stand) -> None:
     frame = stand.engine.evaluate()
-    foreign = type(frame)(frame.vertices, np.zeros(3), 0.0, "polynomial", True, 0.0)
-    with pytest.raises(InputError, match=r"\(10,\) expected"):
+    foreign = replace(frame, vertices=frame.vertices[:3])
+    with pytest.raises(InputError, match=r"vertices \(3, 3\), \(\d+, 3\) expected"):
         stand.preview.show(foreign)
 
 
@@ -206,8 +218,8 @@ def test_close_frees_the_port_ends_connections_and_may_be_repeated(synthetic_mod
     stand = Stand(synthetic_model)
 
     async def work() -> int | None:
-        page, setup, _ = await join(stand.address)
-        await read_frame(page, setup["rank"])
+        page, setup = await join(stand.address)
+        await read_frame(page, setup)
         await asyncio.to_thread(stand.preview.close)
         assert await page.read_message() is None
         return page.close_code
@@ -238,31 +250,32 @@ def test_view_command_moves_the_face_by_sliders_until_interrupted(
     model_file: Path, synthetic_model: ReducedModel
 ) -> None:
     async def work(address: str) -> np.ndarray:
-        page, setup, _ = await join(address)
-        ticket, coordinates, _ = await read_frame(page, setup["rank"])
+        page, setup = await join(address)
+        ticket, _, rest, _ = await read_frame(page, setup)
+        vertices = rest
         await page.write_message(json.dumps({"inputs": [["jaw_open", 0.5], ["AU12_L", 0.25]]}))
-        while not coordinates.any():
+        while np.array_equal(vertices, rest):
             await page.write_message(json.dumps({"drawn": ticket}))
-            ticket, coordinates, _ = await read_frame(page, setup["rank"])
-        return coordinates
+            ticket, _, vertices, _ = await read_frame(page, setup)
+        return vertices
 
     process = start_view(model_file)
     try:
-        coordinates = talk(work(address_of(process)))
+        vertices = talk(work(address_of(process)))
     finally:
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=PATIENCE)
-    expected = Engine(synthetic_model).evaluate({"jaw_open": 0.5, "AU12_L": 0.25}).coordinates
-    assert np.abs(coordinates - expected).max() < 1e-6
+    expected = Engine(synthetic_model).evaluate({"jaw_open": 0.5, "AU12_L": 0.25}).vertices
+    np.testing.assert_array_equal(vertices, expected)
     assert (process.returncode, rest.strip()) == (0, "stopped")
 
 
 def test_view_command_plays_expressions_for_the_given_time(model_file: Path) -> None:
     async def work(address: str) -> int:
-        page, setup, _ = await join(address)
-        coordinates = np.zeros(setup["rank"])
-        while not coordinates.any():
-            ticket, coordinates, status = await read_frame(page, setup["rank"])
+        page, setup = await join(address)
+        lifts = np.zeros(setup["lifts"])
+        while not lifts.any():
+            ticket, lifts, _, status = await read_frame(page, setup)
             await page.write_message(json.dumps({"drawn": ticket}))
         return status["sequence"]
 

@@ -15,6 +15,7 @@ from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
 from risorius.evaluators.superposition import Superposition
 from risorius.jaw import FloatArray
+from risorius.part import Part
 
 
 class Evaluator(Protocol):
@@ -32,6 +33,10 @@ class Evaluator(Protocol):
 
     def at(self, setting: Setting) -> Evaluator:
         """Return the evaluator of the leading modes that runs as a setting has it."""
+        ...
+
+    def within(self, part: Part) -> Evaluator:
+        """Return what gives the modes of a part of the model for its parameters."""
         ...
 
     def write(self, group: h5py.Group) -> None:

@@ -11,26 +11,39 @@ from functools import cached_property
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
 from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.sampled_body import SampledBody
 from risorius.jaw import FloatArray
+from risorius.part import Part
 from risorius.poses import Poses
 
 
 class CorrectedMap:
     """predictor: the learned map; sampled: the body of the same modes; poses of the face. Not thread-safe.
 
+    modes: numbers of those that are asked for, all unless given: an equilibrium needs every one, whoever looks.
+
     doubt: length of the preconditioned residual of the map's answer, in units of a coordinate.
     """
 
     name = "corrected"
 
-    def __init__(self, predictor: RationalMap, sampled: SampledBody, poses: Poses, steps: int = 1) -> None:
+    def __init__(
+        self,
+        predictor: RationalMap,
+        sampled: SampledBody,
+        poses: Poses,
+        steps: int = 1,
+        modes: npt.NDArray[np.int64] | None = None,
+    ) -> None:
         self._predictor, self._sampled, self._poses, self._steps = predictor, sampled, poses, steps
         self._start = np.zeros(len(sampled.fields))
+        self._modal = self._start[sampled.lifts :]
+        self._modes = np.arange(len(self._modal)) if modes is None else modes
         self._muscles = len(sampled.muscles.pull)
         self.doubt = 0.0
 
@@ -47,19 +60,33 @@ class CorrectedMap:
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
         lifts, body = self._sampled.lifts, self._correction.body
-        self._predictor.coordinates(parameters, out)
+        self._predictor.coordinates(parameters, self._modal)
         self._poses.lift_coordinates(parameters[self._muscles :], out=self._start[:lifts])
-        self._start[lifts:] = out
         body.set_activations(parameters[: self._muscles])
         self.doubt = self._correction.residual(self._start)
         if self.doubt > self._sampled.quiet:
             self._correction.improve(self._steps)
-            out[:] = body.q[lifts:]
+            self._modal[:] = body.q[lifts:]
+        np.take(self._modal, self._modes, out=out)
 
     def at(self, setting: Setting) -> CorrectedMap:
         """Return that of the leading modes, with the steps of a setting."""
+        asked = self._modes[: setting.rank]
+        leading = Setting(setting.method, int(asked[-1]) + 1)
         return CorrectedMap(
-            self._predictor.at(setting), self._sampled.leading(setting.rank), self._poses, setting.steps
+            self._predictor.at(leading), self._sampled.leading(leading.rank), self._poses, setting.steps, asked
+        )
+
+    def within(self, part: Part) -> CorrectedMap:
+        """Return that of a part: the body keeps all its modes, and loses muscles and lifts that never act."""
+        whole = part.with_modes(np.arange(len(self._modal)))
+        muscles = part.parameters[part.parameters < self._muscles]
+        return CorrectedMap(
+            self._predictor.within(whole),
+            self._sampled.within(whole.coordinates, len(part.lifts), muscles),
+            self._poses.within(part.parameters[len(muscles) :] - self._muscles),
+            self._steps,
+            self._modes[part.modes],
         )
 
     def write(self, group: h5py.Group) -> None:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.part import Part
 
 NEGLIGIBLE_OVERLAP = 0.02
 RIDGES = 10.0 ** np.arange(-8.0, 1.0)
@@ -41,6 +42,16 @@ class PolynomialMap:
     def at(self, setting: Setting) -> PolynomialMap:
         """Return that of the leading modes."""
         return PolynomialMap(self.exponents, np.ascontiguousarray(self.coefficients[:, : setting.rank]))
+
+    def within(self, part: Part) -> PolynomialMap:
+        """Return that of a part, without the monomials of parameters that it has not or that are always 0."""
+        number = np.full(int(self.exponents.max()) + 2, -1, np.int32)  # the last is that of no parameter
+        number[part.parameters] = np.arange(len(part.parameters))
+        lost = np.ones(len(number), bool)
+        lost[part.parameters[part.driven]] = lost[-1] = False
+        kept = ~lost[self.exponents].any(axis=1)
+        coefficients = self.coefficients[np.ix_(kept, part.modes)]
+        return PolynomialMap(number[self.exponents[kept]], np.ascontiguousarray(coefficients))
 
     def write(self, group: h5py.Group) -> None:
         """Store monomials and coefficients."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.evaluators.observations import Observations
+from risorius.part import Part
 
 MUSCLE_DEGREE, POSE_DEGREE = 3, 5
 NEGLIGIBLE_OVERLAP = 0.02
@@ -25,6 +26,15 @@ class Products:
 
     parents: npt.NDArray[np.int32]
     factors: npt.NDArray[np.int32]
+
+    def alive(self, part: Part) -> npt.NDArray[np.bool_]:
+        """(m,) False for terms of a parameter that a part has not or that is always 0 there."""
+        acts = np.zeros(int(self.factors.max(initial=-1)) + 1, bool)
+        acts[part.parameters[part.driven & (part.parameters < len(acts))]] = True
+        alive = np.ones(len(self.parents) + 1, bool)  # the last is the constant
+        for term, (parent, factor) in enumerate(zip(self.parents, self.factors, strict=True)):
+            alive[term] = alive[parent] and acts[factor]
+        return alive[:-1]
 
     def write(self, group: h5py.Group) -> None:
         """Store all terms."""

@@ -28,6 +28,7 @@ from risorius.evaluators.products import (
 )
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.part import Part
 
 # Of a feature, which is of the order of 1 where it counts: what is left of an asymmetry by rounding is less.
 NEGLIGIBLE = 1e-9
@@ -53,6 +54,24 @@ class Block:
         """Return that of the modes before `rank`, which may be none."""
         kept = self.modes < rank
         return replace(self, modes=self.modes[kept], coefficients=np.ascontiguousarray(self.coefficients[:, kept]))
+
+    def within(self, part: Part, alive: npt.NDArray[np.bool_]) -> Block:
+        """Return that of the modes of a part where only some of the terms (m,) are not 0."""
+        first, second = self.terms.T
+        has_first, has_second = alive[first], alive[second] & (self.signs != 0.0)
+        kept = np.flatnonzero(has_first | has_second)
+        left = np.where(has_first, first, second)
+        right = np.where(has_first & has_second, second, left)
+        signs = np.where(has_first & has_second, self.signs, 0.0)
+        factor = np.where(has_first, 1.0, self.signs)[kept, None]
+        ours = np.isin(self.modes, part.modes)
+        coefficients = factor * self.coefficients[np.ix_(kept, ours)]
+        return Block(
+            terms=np.column_stack([left, right])[kept],
+            signs=signs[kept],
+            modes=np.searchsorted(part.modes, self.modes[ours]),
+            coefficients=coefficients.astype(np.float32),
+        )
 
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
@@ -99,6 +118,17 @@ class RationalMap:
     def at(self, setting: Setting) -> RationalMap:
         """Return that of the leading modes."""
         return replace(self, blocks=tuple(block.leading(setting.rank) for block in self.blocks))
+
+    def within(self, part: Part) -> RationalMap:
+        """Return that of a part, without the terms of parameters that it has not or that are always 0."""
+        alive = self.products.alive(part)
+        blocks = tuple(block.within(part, alive) for block in self.blocks)
+        left = RationalMap(self.competition, self.products, blocks)._compacted()
+        number = np.zeros(len(self.competition), np.int32)
+        number[part.parameters] = np.arange(len(part.parameters))
+        products = Products(left.products.parents, number[left.products.factors])
+        competition = self.competition[np.ix_(part.parameters, part.parameters)]
+        return RationalMap(np.ascontiguousarray(competition), products, left.blocks)
 
     def write(self, group: h5py.Group) -> None:
         """Store weights, terms and coefficients."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.part import Part
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,10 @@ class Superposition:
     def at(self, setting: Setting) -> Superposition:
         """Return that of the leading modes."""
         return Superposition(np.ascontiguousarray(self.actions[:, : setting.rank]))
+
+    def within(self, part: Part) -> Superposition:
+        """Return that of the parameters and modes of a part."""
+        return Superposition(np.ascontiguousarray(self.actions[np.ix_(part.parameters, part.modes)]))
 
     def write(self, group: h5py.Group) -> None:
         """Store the single actions."""

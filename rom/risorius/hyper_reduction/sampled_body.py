@@ -70,6 +70,12 @@ class SampledBody:
         muscles = ReducedMuscles(self.muscles.stiffness[:, :kept, :kept], self.muscles.pull[:, :kept])
         return replace(self, fields=self.fields[:kept], muscles=muscles, stiffness=self.stiffness[:rank, :rank])
 
+    def within(self, coordinates: npt.NDArray[np.int64], lifts: int, muscles: npt.NDArray[np.int64]) -> SampledBody:
+        """Return the same with some muscles and coordinates, so many lifts and all modes, only; the others are 0."""
+        pull = self.muscles.pull[np.ix_(muscles, coordinates)]
+        stiffness = self.muscles.stiffness[np.ix_(muscles, coordinates, coordinates)]
+        return replace(self, fields=self.fields[coordinates], lifts=lifts, muscles=ReducedMuscles(stiffness, pull))
+
     def correction(self, dtype: npt.DTypeLike = np.float32) -> Correction:
         """Return what corrects coordinates; it owns its state."""
         terms = [Tissue(table, dtype) for table in self.passive] + [Walls(table, dtype) for table in self.walls]

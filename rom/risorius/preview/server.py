@@ -1,12 +1,12 @@
-"""A web server with meshcat's viewer and a second socket that carries reduced coordinates and slider values.
+"""A web server with meshcat's viewer and a second socket that carries vertices and slider values.
 
 Two websockets stand behind one page. `/meshcat` speaks meshcat's own protocol and sends the scene once. `/face` sends
-the basis once and then, for each frame, r float32; the page adds up the vertices. Each page says what it has drawn and
-is sent nothing more while two messages are on their way to it, and then the newest: a slow, hidden or hung page costs
-neither memory nor time. Text messages are JSON; a binary message starts with two uint32, little-endian:
+the vertices of each frame as the engine wrote them, whatever effects had a part in them. Each page says what it has
+drawn and is sent nothing more while two messages are on their way to it, and then the newest: a slow, hidden or hung
+page costs neither memory nor time. Text messages are JSON; a frame is binary, little-endian:
 
-    basis   KIND_BASIS, 0       then (r, n, 3) float32
-    frame   KIND_FRAME, ticket  then (r,) float32, then JSON: sequence number, status, moved sliders
+    uint32 ticket, lift coordinates (lifts,) float32, vertices (n, 3) float32, then JSON: sequence number, status,
+    moved sliders
 
 A page answers {"drawn": ticket}, or {"inputs": [[name, value], ...]} when a slider moves.
 """
@@ -26,6 +26,7 @@ from typing import Any
 
 import meshcat
 import numpy as np
+import numpy.typing as npt
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, StaticFileHandler
@@ -37,9 +38,8 @@ from risorius.inputs import InputTable
 from risorius.preview.sliders import sliders_of
 from risorius.preview.stage import stage_commands
 
-KIND_BASIS, KIND_FRAME = 1, 2
 MAX_IN_FLIGHT = 2
-_HEADER = struct.Struct("<II")
+_TICKET = struct.Struct("<I")
 _PAGE = Path(__file__).parent / "page"
 _LOOPBACK = {"127.0.0.1", "::1", "localhost"}
 _ANY_ADDRESS = {"", "0.0.0.0", "::"}
@@ -52,7 +52,7 @@ class _Shown:
     """A frame as it goes over the wire."""
 
     sequence: int
-    coordinates: bytes
+    motion: bytes
     status: dict[str, Any]
 
 
@@ -80,20 +80,19 @@ class Preview:
         self._table = model.inputs
         self._on_input = on_input
         self._stage = stage_commands(model)
-        self._basis = _HEADER.pack(KIND_BASIS, 0) + np.ascontiguousarray(model.basis, dtype="<f4").tobytes()
         self._companions = {
             # column by column, as three.js has matrices
             name: companion.unit_transforms(model.poses).transpose(0, 2, 1).reshape(-1, 16).tolist()
             for name, companion in model.companions.items()
         }
         self._title = model.name
-        self._rank = model.rank
+        self._lifts, self._shape = model.lifts, model.rest_vertices.shape
         self._values = np.zeros(len(self._table.names))
         self._faces: set[_FaceSocket] = set()
         self._newest_drawn = 0
         self._lock = threading.Lock()  # guards the four below
         self._sequence = 0
-        self._latest = _Shown(0, bytes(4 * self._rank), {})
+        self._latest = _Shown(0, _motion(np.zeros(model.lifts), model.rest_vertices), {})
         self._flush_is_due = False
         self._closed = False
 
@@ -107,14 +106,15 @@ class Preview:
     def show(self, frame: Frame) -> int:
         """Show a frame on every page and return its sequence number; a newer frame replaces one not yet sent.
 
-        After `close` it does nothing. Raises InputError for a frame of another model.
+        Its vertices are in the axes of the model. After `close` it does nothing. Raises InputError for a frame of
+        another model.
         """
-        if frame.coordinates.shape != (self._rank,):
+        if frame.vertices.shape != self._shape:
             raise InputError(
-                f"frame: {frame.coordinates.shape} coordinates, ({self._rank},) expected; "
+                f"frame: vertices {frame.vertices.shape}, {self._shape} expected; "
                 f"give frames of the model {self._title!r} that the preview was made for"
             )
-        coordinates = frame.coordinates.astype("<f4").tobytes()
+        motion = _motion(frame.coordinates[: self._lifts], frame.vertices)
         status = {
             "method": frame.method,
             "error": frame.error if math.isfinite(frame.error) else None,
@@ -123,7 +123,7 @@ class Preview:
         }
         with self._lock:
             self._sequence += 1
-            self._latest = _Shown(self._sequence, coordinates, status)
+            self._latest = _Shown(self._sequence, motion, status)
             if not (self._flush_is_due or self._closed):
                 self._flush_is_due = True  # one call on its way is enough, however many frames come meanwhile
                 self._loop.call_soon_threadsafe(self._flush)
@@ -181,7 +181,8 @@ class Preview:
         return json.dumps(
             {
                 "model": self._title,
-                "rank": self._rank,
+                "lifts": self._lifts,
+                "vertices": self._shape[0],
                 "companions": self._companions,
                 "sliders": [asdict(slider) for slider in sliders_of(self._table)],
                 "values": dict(zip(self._table.names, self._values.tolist(), strict=True)),
@@ -253,7 +254,6 @@ class _FaceSocket(_PageSocket):
     def open(self) -> None:
         self.set_nodelay(True)
         self.write_message(self._preview._setup())
-        self.write_message(self._preview._basis, binary=True)
         self._preview._joined(self)
 
     def on_close(self) -> None:
@@ -265,7 +265,7 @@ class _FaceSocket(_PageSocket):
             return
         self._ticket += 1
         status = json.dumps({"sequence": latest.sequence, **latest.status, "values": self.moved})
-        message = _HEADER.pack(KIND_FRAME, self._ticket) + latest.coordinates + status.encode()
+        message = _TICKET.pack(self._ticket) + latest.motion + status.encode()
         try:
             self.write_message(message, binary=True)
         except WebSocketClosedError:
@@ -289,6 +289,11 @@ class _FaceSocket(_PageSocket):
         self._preview._drawn(self._in_flight[ticket])
         self._in_flight = {sent: sequence for sent, sequence in self._in_flight.items() if sent > ticket}
         self._preview._flush()
+
+
+def _motion(lifts: npt.NDArray[np.floating], vertices: npt.NDArray[np.float32]) -> bytes:
+    """Lift coordinates (lifts,), which companions move by, and vertices (n, 3) as they go over the wire."""
+    return lifts.astype("<f4").tobytes() + vertices.astype("<f4", copy=False).tobytes()
 
 
 def _json_object(message: str | bytes) -> dict[str, Any]:

@@ -1,9 +1,7 @@
-// Draws the face: vertices = rest + sum_k q_k basis_k, from the coordinates q that the server sends for each frame.
+// Draws the face: the vertices that the server sends for each frame, and companions by the lift coordinates.
 import { Sliders } from "./sliders.js";
 
-const KIND_BASIS = 1;
-const KIND_FRAME = 2;
-const HEADER_BYTES = 8;
+const TICKET_BYTES = 4;
 const FLOAT_BYTES = 4;
 const FACE_PATH = ["meshcat", "face"];
 const OBJECT = "<object>";
@@ -16,7 +14,6 @@ export class FacePreview {
     this.statusLine = statusLine;
     this.mesh = null;
     this.companions = []; // [mesh, change of its matrix with each of the first coordinates]
-    this.basis = null;
     this.pending = null;
     this.drawIsDue = false;
     this.shown = -1; // sequence number of the frame in the window
@@ -39,16 +36,18 @@ export class FacePreview {
 
   receive(data) {
     if (typeof data === "string") return this.setUp(JSON.parse(data));
-    const [kind, ticket] = new Uint32Array(data, 0, 2);
-    if (kind === KIND_BASIS) {
-      this.basis = new Float32Array(data, HEADER_BYTES);
-    } else if (kind === KIND_FRAME) {
-      const statusStart = HEADER_BYTES + FLOAT_BYTES * this.setup.rank;
-      const status = JSON.parse(new TextDecoder().decode(new Uint8Array(data, statusStart)));
-      this.sliders.display(status.values);
-      this.pending = { ticket, q: new Float32Array(data, HEADER_BYTES, this.setup.rank), status };
-      this.scheduleDrawing();
-    }
+    const { lifts, vertices } = this.setup;
+    const verticesStart = TICKET_BYTES + FLOAT_BYTES * lifts;
+    const statusStart = verticesStart + 3 * FLOAT_BYTES * vertices;
+    const status = JSON.parse(new TextDecoder().decode(new Uint8Array(data, statusStart)));
+    this.sliders.display(status.values);
+    this.pending = {
+      ticket: new Uint32Array(data, 0, 1)[0],
+      q: new Float32Array(data, TICKET_BYTES, lifts),
+      x: new Float32Array(data, verticesStart, 3 * vertices),
+      status,
+    };
+    this.scheduleDrawing();
   }
 
   setUp(setup) {
@@ -71,8 +70,8 @@ export class FacePreview {
   draw() {
     this.drawIsDue = false;
     if (!this.mesh && !this.findMesh()) return this.scheduleDrawing(); // meshcat's own socket brings it
-    const { ticket, q, status } = this.pending;
-    this.deform(q);
+    const { ticket, q, x, status } = this.pending;
+    this.deform(x);
     this.pose(q);
     computeNormals(this.mesh.geometry);
     this.viewer.render();
@@ -89,23 +88,13 @@ export class FacePreview {
     this.mesh.frustumCulled = false; // the bounding sphere of the rest pose does not hold for others
     this.companions = Object.entries(this.setup.companions).map(([name, changes]) => [find(name), changes]);
     for (const [companion] of this.companions) companion.matrixAutoUpdate = false;
-    this.rest = Float32Array.from(object.geometry.attributes.position.array);
-    this.sum = new Float64Array(this.rest.length);
     this.frameFace();
     return true;
   }
 
-  deform(q) {
-    const { basis, sum } = this;
-    const count = sum.length;
-    sum.set(this.rest);
-    for (let k = 0; k < q.length; k++) {
-      const weight = q[k];
-      if (weight === 0) continue;
-      for (let i = 0, j = k * count; i < count; i++, j++) sum[i] += weight * basis[j];
-    }
-    const position = this.mesh.geometry.attributes.position;
-    position.array.set(sum);
+  deform(x) {
+    const { position } = this.mesh.geometry.attributes;
+    position.array.set(x);
     position.needsUpdate = true;
   }
 
