@@ -4,6 +4,7 @@ from importlib.metadata import version
 
 from risorius import arkit, intensities, openface
 from risorius.budget import Budget
+from risorius.effects import Touch
 from risorius.engine import Engine, Frame
 from risorius.errors import Error, FileFormatError, InputError, MissingExtraError, SolverError
 from risorius.model import ReducedModel, load
@@ -22,6 +23,7 @@ __all__ = [
     "ReducedModel",
     "Scene",
     "SolverError",
+    "Touch",
     "arkit",
     "intensities",
     "load",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +11,14 @@ import numpy.typing as npt
 
 from risorius.budget import Budget
 from risorius.choosing import taken
+from risorius.effects import Surroundings, Touch
+from risorius.effects.effect import vector
 from risorius.errors import InputError
 from risorius.guard import Verdict
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
+from risorius.pipeline import ALONE
 from risorius.plan import planned
 from risorius.scene import Scene
 
@@ -47,8 +50,8 @@ class Engine:
 
     point: the operating point that the budget buys on this machine; without one, the most accurate whose frames took a
     millisecond at training. A budget that none meets is not an error: the nearest is taken, and the log warns.
-    model: what the scene leaves of the model. vertex_numbers (n,): of its vertices in the whole model.
-    Raises InputError when the model has not what the scene asks for.
+    model: what the scene leaves of the model. vertex_numbers (n,): of its vertices in the whole model. effects: names
+    of those that the scene calls for. Raises InputError when the model has not what the scene asks for.
     """
 
     def __init__(self, model: ReducedModel, scene: Scene | None = None, budget: Budget | None = None) -> None:
@@ -56,7 +59,9 @@ class Engine:
         plan = planned(model, self.scene)
         self.model, self.vertex_numbers = plan.model, plan.vertex_numbers
         self.point, self._pipeline = taken(self.model, budget or self.scene.budget)
-        self.evaluate(np.zeros(len(self.inputs)))  # compiles the kernels, so that the first frame is not late
+        self.effects = tuple(self.model.effects)
+        for step in (1e-3, None) if "inertia" in self.effects else (None,):
+            self.evaluate(step=step)  # compiles the kernels, so that the first frame is not late
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -73,18 +78,26 @@ class Engine:
         weights: Weights | None = None,
         *,
         muscles: Mapping[str, Weight] | None = None,
+        step: float | None = None,
+        gravity: npt.ArrayLike | None = None,
+        touches: Sequence[Touch] = (),
         out: npt.NDArray[np.float32] | None = None,
     ) -> Frame:
         """Evaluate input weights (a mapping by name, or an array in `inputs` order) and/or muscle activations.
 
         Named weights are numbers or FACS letters A to E. Muscle activations add to what the inputs ask of the same
-        muscle, up to full activation. `out`, an (n, 3) float32 array, receives the vertices without another copy.
-        Raises InputError for an unknown name or a weight out of range.
+        muscle, up to full activation. step: seconds since the last frame; without it the face is at rest under its
+        loads, whatever was before. gravity: (3,) m/s2 in the frame of the head; upright without it. touches: forces on
+        vertices. `out`, an (n, 3) float32 array, receives the vertices without another copy.
+        Raises InputError, before anything changes, for an unknown name, a weight out of range, or what the effects of
+        the scene do not show.
         """
         start = time.perf_counter()
         parameters = self._parameters(weights, muscles)
-        indicators = self._pipeline.solve(parameters)
-        vertices = self._reconstruct(out)
+        surroundings = self._surroundings(step, gravity, touches)
+        vertices = self._buffer(out)
+        indicators = self._pipeline.solve(parameters, surroundings)
+        self._pipeline.write(vertices)
         verdict = self._pipeline.verdict
         return Frame(
             vertices=vertices,
@@ -101,12 +114,26 @@ class Engine:
             return table.to_parameters(table.weights(weights or {}), muscles)
         return table.to_parameters(table.checked(weights), muscles)
 
-    def _reconstruct(self, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
+    def _surroundings(
+        self, step: float | None, gravity: npt.ArrayLike | None, touches: Sequence[Touch]
+    ) -> Surroundings:
+        given = {"inertia": step is not None, "gravity": gravity is not None, "touch": bool(touches)}
+        if not any(given.values()):
+            return ALONE
+        for effect, asked in given.items():
+            if asked and effect not in self.effects:
+                argument = {"inertia": "step", "touch": "touches"}.get(effect, effect)
+                raise InputError(f"{argument}: the scene of this engine is without {effect}; it has {self.effects}")
+        acceleration = None if gravity is None else vector(gravity, "gravity")
+        surroundings = Surroundings(step, acceleration, tuple(touches))
+        self._pipeline.check(surroundings)
+        return surroundings
+
+    def _buffer(self, out: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32]:
         shape = self.model.rest_vertices.shape
         vertices = np.empty(shape, dtype=np.float32) if out is None else out
         if vertices.shape != shape or vertices.dtype != np.float32 or not vertices.flags.c_contiguous:
             raise InputError(
                 f"out: give a contiguous float32 array of shape {shape}, not {vertices.dtype} {vertices.shape}"
             )
-        self._pipeline.write(vertices)
         return vertices

@@ -54,12 +54,17 @@ class Pipeline:
         self._farthest = FARTHEST * float(np.abs(model.rest_vertices).max())
         self.verdict, self.moved = Verdict.GOOD, 0.0
 
+    def check(self, surroundings: Surroundings) -> None:
+        """Raise InputError for what one of the effects cannot show."""
+        for effect in self._effects:
+            effect.check(surroundings)
+
     def solve(self, parameters: FloatArray, surroundings: Surroundings = ALONE) -> tuple[float, ...]:
         """Set the coordinates of parameters (p,). Returns the indicators of the error bound."""
         driven = self._parameters
         driven[:] = parameters
         for effect in self._effects:
-            effect.drive(driven, surroundings)
+            surroundings = effect.drive(driven, surroundings)
         self._poses.lift_coordinates(driven[self._muscles :], out=self._lifts)
         self._evaluator.coordinates(driven, self._modal)
         if self._linear is not None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
+from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.part import Part
@@ -16,10 +17,16 @@ from risorius.part import Part
 
 @dataclass(frozen=True)
 class Touch:
-    """A force (3,) in newtons on a visible vertex, in the frame of the head."""
+    """A force (3,) in newtons on a visible vertex, in the frame of the head.
+
+    Raises InputError for a force that is not three finite numbers.
+    """
 
     vertex: int
     force: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", vector(self.force, f"touch of vertex {self.vertex}: force"))
 
 
 @dataclass(frozen=True)
@@ -27,7 +34,8 @@ class Surroundings:
     """What acts on a face from outside during one frame, in the frame of the head.
 
     step: seconds since the frame before; None where there was none, or where time has to play no part: the face is
-    then as it is at rest under its loads. gravity: (3,) metres per second squared; None as at training, with none.
+    then as it is at rest under its loads. gravity: (3,) metres per second squared, (0, -9.81, 0) for an upright head;
+    None is upright.
     """
 
     step: float | None = None
@@ -38,15 +46,21 @@ class Surroundings:
 class Effect(Protocol):
     """One reduced effect. It owns its state, so it is not thread-safe.
 
-    name: of the field of `Scene` that asks for it. fields: (k, c, 3) float32, metres per unit of its own coordinates,
-    at the points that carry the skin; k may be 0. Called for every frame, in the order of the methods.
+    name: of the field of `Scene` that asks for it. needs: what a model has to be trained from to have it. fields:
+    (k, c, 3) float32, metres per unit of its own coordinates, at the points that carry the skin; k may be 0. Called
+    for every frame, in the order of the methods.
     """
 
-    name: str
+    name: ClassVar[str]
+    needs: ClassVar[str]
     fields: npt.NDArray[np.float32]
 
-    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> None:
-        """Change the parameters (p,), in place, before the muscles are evaluated."""
+    def check(self, surroundings: Surroundings) -> None:
+        """Raise InputError for what it cannot show; called for all effects before any of them changes its state."""
+        ...
+
+    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> Surroundings:
+        """Change the parameters (p,), in place, before the muscles are evaluated; return what acts from outside."""
         ...
 
     def respond(
@@ -79,3 +93,14 @@ class Effect(Protocol):
     def read(cls, group: h5py.Group) -> Effect:
         """Load what `write` stored."""
         ...
+
+
+def vector(values: npt.ArrayLike, what: str) -> FloatArray:
+    """Return three finite numbers as an array; raises InputError for anything else."""
+    try:
+        result = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        result = np.empty(0)
+    if result.shape != (3,) or not np.isfinite(result).all():
+        raise InputError(f"{what} {values!r}; give three finite numbers")
+    return result
