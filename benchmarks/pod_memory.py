@@ -31,7 +31,9 @@ def made_up_face(nodes: int) -> Face:
     points = np.random.default_rng(0).uniform(-0.1, 0.1, (nodes, 3))
     skin = np.arange(nodes - nodes % 3).reshape(-1, 3)
     surface = CarriedSurface.of_nodes(points, skin)
-    return Face("made up", ("pull",), Poses(), points, surface, {}, np.full(nodes, 1e-8), np.zeros((0, nodes, 3)))
+    return Face(
+        "made up", ("pull",), Poses(), points, surface, {}, np.full(nodes, 1e-8), np.zeros((0, nodes, 3)), None, None
+    )
 
 
 def write(path: Path, count: int, nodes: int) -> None:

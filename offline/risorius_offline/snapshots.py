@@ -19,6 +19,8 @@ from risorius.storage import require_folder_of
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.body import body_of
 from risorius_offline.cluster import ModelOnWorker
+from risorius_offline.contact_choice import ContactChoice
+from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.full_model import FullModel
 from risorius_offline.paths import Status, solve_waiting
@@ -52,6 +54,7 @@ class FullModelChoice:
             nodal_volumes=model.discretisation.nodal_volumes,
             lift_fields=model.lift_fields,
             body=None if self.effects.force_length else body_of(model),
+            contact=None if self.effects.contact == ContactChoice.NONE else contact_geometry(self.anatomy),
         )
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from risorius import storage
 from risorius.companion import Companion, read_companions, write_companions
+from risorius.contact_geometry import ContactGeometry
 from risorius.errors import FileFormatError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
@@ -24,7 +25,7 @@ from risorius.poses import Poses
 from risorius.surface import CarriedSurface
 
 SCHEMA = "risorius-snapshots"
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 WAITING, SOLVED, FAILED = 0, 1, 2  # values of samples/state
 # Snapshots that are read at once: 100 000 components of 64 of them take 26 MB.
 BLOCK = 64
@@ -51,7 +52,7 @@ class Face:
 
     points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
     lift_fields (lifts, n, 3), one for each lift coordinate of the poses. body: of muscles whose active stress is
-    proportional to stretch, else None.
+    proportional to stretch, else None. contact: what skin touches, None where snapshots were solved without contact.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Face:
     nodal_volumes: FloatArray
     lift_fields: FloatArray
     body: Body | None
+    contact: ContactGeometry | None
 
     @property
     def inputs(self) -> InputTable:
@@ -80,6 +82,8 @@ class Face:
             group[name] = getattr(self, name)
         if self.body is not None:
             self.body.write(group.create_group("body"))
+        if self.contact is not None:
+            self.contact.write(group.create_group("contact"))
         group.attrs["sha256"] = storage.content_checksum(group)
 
 
@@ -123,6 +127,7 @@ class SnapshotSet(Face):
                 nodal_volumes=group["nodal_volumes"][()],
                 lift_fields=group["lift_fields"][()],
                 body=Body.read(group["body"]) if "body" in group else None,
+                contact=ContactGeometry.read(group["contact"]) if "contact" in group else None,
                 parameters=samples["parameters"][()][solved],
                 kinds=tuple(samples["kind"].asstr()[()][solved]),
                 held_out=samples["held_out"][()][solved],

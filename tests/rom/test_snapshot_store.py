@@ -29,6 +29,7 @@ def face():
         nodal_volumes=rng.uniform(1.0, 2.0, NODES),
         lift_fields=rng.normal(size=(4, NODES, 3)),
         body=None,
+        contact=None,
     )
 
 
@@ -145,7 +146,7 @@ REFUSED = [
     (empty, "not a readable HDF5 file"),
     (other_schema, "holds risorius-model, expected risorius-snapshots"),
     (other_program, "holds no Risorius data"),
-    (older, "schema version 3, this release reads 5; make the file anew"),
+    (older, "schema version 3, this release reads 6; make the file anew"),
     (damage_face, "the content was damaged"),
 ]
 

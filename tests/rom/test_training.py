@@ -64,6 +64,7 @@ def made_up_snapshots(count=120, held_out=30):
         nodal_volumes=rng.uniform(1e-7, 2e-7, 60),
         lift_fields=fields[:4],
         body=None,
+        contact=None,
         parameters=parameters,
         kinds=("made up",) * len(parameters),
         displacements=np.stack([answer(p, fields) for p in parameters]).astype(np.float32),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from risorius_offline.effects.point_triangle import CORNERS, EDGES, TRIANGLE, co
 
 @dataclass(frozen=True)
 class ContactSurface:
-    """Closed boundary in its own numbering: row i of every array by node is node nodes[i] of the mesh.
+    """Boundary in its own numbering: row i of every array by node is node nodes[i] of the mesh.
 
     nodes (b,); points (b, 3) at rest, metres; areas (b,) a third of the triangles around each node, square metres;
     bone (b,) flags of the prescribed nodes. triangles (m, 3), outward; across (m, 3) the triangle beyond the edge from
@@ -37,19 +37,25 @@ class ContactSurface:
     def of(cls, anatomy: Anatomy) -> ContactSurface:
         """Boundary of all cells of an anatomy."""
         nodes, flat = np.unique(as_triangles(boundary_faces(anatomy.cells), anatomy.points), return_inverse=True)
-        triangles = np.ascontiguousarray(flat.reshape(-1, 3), dtype=np.int64)
-        points = np.ascontiguousarray(anatomy.points[nodes])
+        surface = cls.of_triangles(anatomy.points[nodes], flat.reshape(-1, 3))
+        return replace(surface, nodes=nodes, bone=anatomy.prescribed[nodes])
+
+    @classmethod
+    def of_triangles(cls, points: FloatArray, triangles: IntArray) -> ContactSurface:
+        """Surface of triangles (m, 3) between points (b, 3), all of which move freely; it may be open."""
+        triangles = np.ascontiguousarray(triangles, dtype=np.int64)
+        points = np.ascontiguousarray(points)
         a, b, c = np.moveaxis(points[triangles], 1, 0)
         third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-        areas = np.zeros(len(nodes))
+        areas = np.zeros(len(points))
         np.add.at(areas, triangles, third[:, None])
         order = np.argsort(triangles.ravel(), kind="stable")
-        counts = np.bincount(triangles.ravel(), minlength=len(nodes))
+        counts = np.bincount(triangles.ravel(), minlength=len(points))
         return cls(
-            nodes=nodes,
+            nodes=np.arange(len(points)),
             points=points,
             areas=areas,
-            bone=anatomy.prescribed[nodes],
+            bone=np.zeros(len(points), dtype=bool),
             triangles=triangles,
             across=_triangles_across(triangles),
             fans=order // 3,

@@ -36,16 +36,11 @@ class LipSeam:
 
     def __init__(self, anatomy: Anatomy) -> None:
         surface = ContactSurface.of(anatomy)
-        free = np.flatnonzero(~surface.bone)
-        candidates = PairList(surface, free, REACH, 0.0).at(surface.points)
-        normals = _normals(surface.points, surface.triangles)
-        pairs, feet = _facing(
-            surface.points, candidates, surface.triangles, normals, surface.bone, surface.fans, surface.fan_starts
-        )
+        pairs, feet = facing_pairs(surface)
         own, across = pairs.T
         self.nodes = surface.nodes[np.column_stack([own, surface.triangles[across]])]
         self._shares = np.column_stack([np.ones(len(pairs)), -feet])  # of the four nodes in the gap
-        self._normals = normals[across]
+        self._normals = _normals(surface.points, surface.triangles[across])
         rest = np.einsum("ka,kai->ki", self._shares, anatomy.points[self.nodes])
         self._gaps = np.einsum("ki,ki->k", self._normals, rest)
         self._tolerance = np.clip(self._gaps, LEAST_TOLERANCE, GAP_TOLERANCE)
@@ -92,6 +87,16 @@ class LipSeam:
 
     def _overlap(self, u: FloatArray) -> FloatArray:
         return np.maximum(self._onset - self.gaps(u), 0.0)
+
+
+def facing_pairs(surface: ContactSurface) -> tuple[IntArray, FloatArray]:
+    """Pairs (k, 2) of a free node and a triangle it faces within REACH at rest; weights (k, 3) of its foot."""
+    candidates = PairList(surface, np.flatnonzero(~surface.bone), REACH, 0.0).at(surface.points)
+    normals = _normals(surface.points, surface.triangles)
+    pairs, feet = _facing(
+        surface.points, candidates, surface.triangles, normals, surface.bone, surface.fans, surface.fan_starts
+    )
+    return pairs, feet
 
 
 def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:

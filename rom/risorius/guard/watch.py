@@ -15,7 +15,7 @@ from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body
 from risorius.poses import Poses
 
-POINTS = 64
+POINTS = 128
 RANDOM_STATES = 256  # of the evaluator, for inputs that no snapshot was made of
 ACTIVE_SHARES = (0.1, 0.3, 1.0)  # of the inputs of a random state
 BLOCK = 1024  # points whose J are found at once
