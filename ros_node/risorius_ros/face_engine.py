@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _WARNING_PERIOD_S = 5.0
 _STOP_POLL_S = 0.2
 _NAMES_SHOWN = 8
+_LONGEST_STEP_S = 0.1
 
 
 class FaceEngine(Node):
@@ -56,8 +57,10 @@ class FaceEngine(Node):
         self._engine = risorius.Engine(messages.rotated_to_rep103(model))
         self._gate = InputGate(model.inputs)
         self._weights = np.zeros(len(model.inputs.names))
+        self._stamp = Time()
         self._mesh = messages.mesh_message(len(model.rest_vertices), frame_id)
         self._vertices = messages.vertices_of(self._mesh)
+        self._held = 0
         self._warned_of = 0
         self._warned_at = -_WARNING_PERIOD_S
 
@@ -93,11 +96,10 @@ class FaceEngine(Node):
         return Preview(risorius.Engine(model), port=port, on_input=self._on_slider)
 
     def _answer(self, message: JointState) -> None:
-        if len(message.name) == len(message.position):
-            self._weights = self._gate.weights(zip(message.name, message.position, strict=True))
-            self._publish(message.header.stamp)
-        else:
-            self._gate.counts["mismatched"] += 1
+        weights = self._gate.message(message.name, message.position)
+        if weights is not None:
+            self._weights = weights
+            self._publish(message.header.stamp, self._step(message.header.stamp))
         self._warn_of_bad_input()
 
     def _on_slider(self, name: str, value: float) -> None:
@@ -111,20 +113,28 @@ class FaceEngine(Node):
         self._publish(self.get_clock().now().to_msg())
         self._warn_of_bad_input()
 
-    def _publish(self, stamp: Time) -> None:
-        frame = self._engine.evaluate(self._weights, out=self._vertices)
+    def _step(self, stamp: Time) -> float | None:
+        """Seconds since the message before, of a stream with stamps; None where there is none that is dense enough."""
+        before, self._stamp = self._stamp, stamp
+        step = stamp.sec - before.sec + 1e-9 * (stamp.nanosec - before.nanosec)
+        return step if "inertia" in self._engine.effects and 0.0 < step <= _LONGEST_STEP_S else None
+
+    def _publish(self, stamp: Time, step: float | None = None) -> None:
+        frame = self._engine.evaluate(self._weights, step=step, out=self._vertices)
+        self._held += not frame.converged
         self._mesh.header.stamp = stamp
         self._mesh_publisher.publish(self._mesh)
         if self._preview:
             self._preview.show(replace(frame, vertices=messages.from_rep103(frame.vertices)))
 
     def _warn_of_bad_input(self) -> None:
-        total = self._gate.counts.total()
+        total = self._gate.counts.total() + self._held
         now = time.monotonic()
         if total == self._warned_of or now - self._warned_at < _WARNING_PERIOD_S:
             return
         self._warned_of, self._warned_at = total, now
-        text = ", ".join(f"{kind} {count}" for kind, count in self._gate.counts.items() if count)
+        counts = {**self._gate.counts, "frames held": self._held}
+        text = ", ".join(f"{kind} {count}" for kind, count in counts.items() if count)
         if self._gate.unknown_names:
             text += f"; unknown names: {', '.join(sorted(self._gate.unknown_names)[:_NAMES_SHOWN])}"
             self._gate.unknown_names.clear()
