@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from risorius.companion import JAW, Companion
 from risorius.contact_geometry import ContactGeometry, Obstacle
-from risorius.effects.closest_point import closest_point
+from risorius.closest_point import closest_point
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
 from risorius.poses import Poses
@@ -44,6 +44,11 @@ class PenetrationMeasure:
         self._sheets = LipSheets.of(geometry.seam, rest, triangles)
         self._in_border = _border(self._sheets, len(rest))
         self._rest = np.asarray(rest, dtype=np.float64)
+
+    @property
+    def lip_vertices(self) -> npt.NDArray[np.int32]:
+        """Numbers (s,) of the vertices that `depths_in_lips` looks at."""
+        return self._sheets.vertices
 
     def __call__(self, vertices: npt.NDArray[np.floating], coordinates: npt.NDArray[np.floating]) -> Penetration:
         """Depths of vertices (n, 3) and coordinates (r,) of a frame; what is in a tooth at rest counts from there."""

@@ -5,9 +5,10 @@ A new effect is one file here with a class that satisfies `Effect`, one line in 
 
 from __future__ import annotations
 
+from risorius.effects.contact import Contact
 from risorius.effects.effect import Effect, Surroundings, Touch
 from risorius.effects.inertia import Inertia
 
 __all__ = ["EFFECTS", "Effect", "Surroundings", "Touch"]
 
-EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia,)}
+EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Contact)}

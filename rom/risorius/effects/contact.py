@@ -7,6 +7,7 @@ pushed out along smooth fields around them, at most `SWEEPS` times in a frame, a
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import ClassVar
 
 import h5py
 import numpy as np
@@ -14,16 +15,19 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_kernels import resolve
-from risorius.effects.contact_tables import ContactTables
+from risorius.effects.contact_tables import ContactTables, contact_tables
 from risorius.effects.effect import Surroundings
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.part import Part
+from risorius.snapshot_file import SnapshotSet
 
 
 class Contact:
     """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points."""
 
-    name = "contact"
+    name: ClassVar[str] = "contact"
+    needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
 
     def __init__(self, tables: ContactTables, geometry: ContactGeometry, carriers: int) -> None:
         self.tables, self.geometry = tables, geometry
@@ -44,8 +48,20 @@ class Contact:
         )  # fmt: skip
         self._motion = np.zeros((4, 4))
 
-    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> None:
+    @classmethod
+    def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Contact | None:
+        """Return that of snapshots that were solved with contact, else None."""
+        if snapshots.contact is None:
+            return None
+        carriers = len(np.unique(snapshots.surface.weights.indices))
+        return cls(contact_tables(snapshots, snapshots.contact), snapshots.contact, carriers)
+
+    def check(self, surroundings: Surroundings) -> None:
+        """Nothing: it shows what it can, whatever acts from outside."""
+
+    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> Surroundings:
         """Nothing: contact does not change what muscles do."""
+        return surroundings
 
     def respond(
         self, parameters: FloatArray, coordinates: FloatArray, own: FloatArray, surroundings: Surroundings
@@ -66,6 +82,10 @@ class Contact:
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
         return Contact(self.tables, self.geometry, self.fields.shape[1])
+
+    def within(self, part: Part) -> Contact:
+        """Return the effect of what a part holds of the lips."""
+        return Contact(self.tables.within(part), self.geometry, len(part.carriers))
 
     def in_axes(self, order: tuple[int, int, int]) -> Contact:
         """Return the effect for vertices whose components are in another order."""

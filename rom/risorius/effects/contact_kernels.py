@@ -6,7 +6,7 @@ import math
 
 import numba
 
-from risorius.effects.closest_point import closest_point
+from risorius.closest_point import closest_point
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 _inlined = numba.njit(cache=True, error_model="numpy", inline="always")
@@ -16,7 +16,9 @@ NEAR = 0.7e-3  # metres: a point with a wider gap is not looked at again in the 
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
 HALF = 0.6  # of a depth in the other lip, which gives way, too
-DEEP = 1.5e-3  # metres: deeper in a tooth, the nearest way out may be behind it
+ASIDE = 0.3  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
+LONGEST_WAY = 8  # steps along it
+SHORTEST_STEP = 0.1e-3  # metres
 FAR = 8e-3  # metres between lips that cannot touch
 LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
@@ -54,6 +56,21 @@ def distance(grid, start, shape, low, spacing, y, slope):  # type: ignore[no-unt
 
 
 @_compiled
+def _way_out(grid, start, shape, low, spacing, onset, y, out, slope):  # type: ignore[no-untyped-def]
+    """How far y is from being out of an obstacle along a unit vector; moves y there."""
+    way = 0.0
+    for _ in range(LONGEST_WAY):
+        depth = onset - distance(grid, start, shape, low, spacing, y, slope)
+        if depth <= 0.0:
+            break
+        step = max(depth, SHORTEST_STEP)
+        way += step
+        for i in range(3):
+            y[i] += step * out[i]
+    return way
+
+
+@_compiled
 def gap_to_teeth(x, number, points, onset, away, teeth, body, y, slope, n):  # type: ignore[no-untyped-def]
     """Smallest gap of a point; its way out, in the frame of the head, in n."""
     grid, starts, shapes, lows, spacings, moves = teeth
@@ -70,12 +87,14 @@ def gap_to_teeth(x, number, points, onset, away, teeth, body, y, slope, n):  # t
         gap = distance(grid, starts[o], shapes[o], lows[o], spacings[o], y, slope) - onset[number, o]
         if gap >= smallest:
             continue
-        smallest = gap
-        if gap < -DEEP:
-            slope[0], slope[1], slope[2] = away[number, o, 0], away[number, o, 1], away[number, o, 2]
-        length = math.sqrt(slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2)
+        out = away[number, o]
+        length = max(math.sqrt(slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2), 1e-12)
         for i in range(3):
-            slope[i] /= max(length, 1e-12)
+            slope[i] /= length
+        if gap < 0.0 and slope[0] * out[0] + slope[1] * out[1] + slope[2] * out[2] < ASIDE:
+            gap = -_way_out(grid, starts[o], shapes[o], lows[o], spacings[o], onset[number, o], y, out, slope)
+            slope[0], slope[1], slope[2] = out[0], out[1], out[2]
+        smallest = gap
         for i in range(3):
             if moves[o]:
                 n[i] = turn[i, 0] * slope[0] + turn[i, 1] * slope[1] + turn[i, 2] * slope[2]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,16 +12,21 @@ from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.correction_fields import CorrectionFields
+from risorius.effects.correction_fields import correction_shares
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
+from risorius.normals import vertex_normals
+from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
 from risorius.poses import Poses
+from risorius.snapshot_file import SnapshotSet
 
 MOST_POINTS = 400  # that are looked at for teeth, and for lips
-REACHED = 0.5e-3  # metres: a vertex that never comes as near as that to a tooth cannot touch it
-BESIDE = 1.5e-3  # metres: what is as near as that to where lips meet can meet, too
+MOST_FRAMES = 150  # of training, at which it is seen what may touch
+REACHED = 1e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
+BESIDE = 2.5e-3  # metres: what is as near as that to where lips meet can meet, too
 FINEST = 0.5e-3  # metres between points
+TURNED = 2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -63,6 +67,31 @@ class ContactTables:
     column_shares: npt.NDArray[np.float32]
     orientation: npt.NDArray[np.int64]
 
+    def within(self, part: Part) -> ContactTables:
+        """Tables of a part of the model. Lips of which it does not hold all triangles around a vertex do not meet."""
+        number = np.full(len(self.row_starts) - 1, -1, np.int32)
+        number[part.vertices] = np.arange(len(part.vertices))
+        points = number[self.points] >= 0
+        whole = (number[self.triangles] >= 0).all(axis=1)
+        new = np.where(whole, np.cumsum(whole) - 1, -1).astype(np.int32)
+        vertices = (number[self.vertices] >= 0) & whole[self.facing]
+        shape = (len(self.row_starts) - 1, len(self.column_starts) - 1)
+        rows = sp.csr_matrix((self.row_shares, self.row_controls, self.row_starts), shape=shape)
+        return replace(
+            self,
+            points=number[self.points[points]],
+            onset=self.onset[points],
+            away=self.away[points],
+            transforms=self.transforms if 0 in part.lifts else self.transforms[:0],
+            vertices=number[self.vertices[vertices]],
+            facing=new[self.facing[vertices]],
+            places=self.places[vertices],
+            triangles=number[self.triangles[whole]],
+            across=np.where(self.across[whole] >= 0, new[self.across[whole]], -1).astype(np.int32),
+            planes=self.planes[whole],
+            **_shares(rows[part.vertices]),
+        )
+
     def in_axes(self, order: tuple[int, int, int]) -> ContactTables:
         """Tables for vertices whose components are in another order."""
         axes = list(order)
@@ -84,55 +113,46 @@ class ContactTables:
         )
 
 
-def contact_tables(
-    geometry: ContactGeometry,
-    poses: Poses,
-    rest: npt.NDArray[np.float32],
-    triangles: npt.NDArray[np.int32],
-    frames: Iterable[tuple[FloatArray, npt.NDArray[np.float32]]],
-) -> ContactTables:
-    """Tables for a surface at rest (n, 3): what has touched in no frame, (coordinates, vertices), is left out."""
+def contact_tables(snapshots: SnapshotSet, geometry: ContactGeometry) -> ContactTables:
+    """Tables for the visible surface of snapshots; what comes near nothing in any of them is left out."""
+    rest, triangles = snapshots.surface.points.astype(np.float32), snapshots.surface.triangles.astype(np.int32)
     sheets = LipSheets.of(geometry.seam, rest, triangles)
-    touched, met = _reached(geometry, poses, rest, triangles, sheets, frames)
-    points = _thinned(rest, np.flatnonzero(touched))
-    chosen = np.searchsorted(sheets.vertices, _thinned(rest, sheets.vertices[met]))
-    touching = np.union1d(points, sheets.vertices[chosen])
-    rows = CorrectionFields.of(rest, triangles, touching).shares
-    columns = sp.csr_matrix(rows.T)
+    touched, met = _reached(snapshots, geometry, rest, triangles)
+    normals = vertex_normals(rest, triangles).astype(np.float64)
+    points = _thinned(rest, normals, np.flatnonzero(touched))
+    vertices = _thinned(rest, normals, sheets.vertices[_widened(rest[sheets.vertices], met)])
+    chosen = np.searchsorted(sheets.vertices, vertices)
     return ContactTables(
         points=points.astype(np.int32),
-        **_of_obstacles(geometry, poses, rest[points]),
+        **_of_obstacles(geometry, snapshots.poses, rest[points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
         places=rest[sheets.vertices[chosen]],
         triangles=sheets.triangles,
         across=sheets.across,
         planes=_planes(rest, sheets.triangles),
-        row_starts=rows.indptr.astype(np.int32),
-        row_controls=rows.indices.astype(np.int32),
-        row_shares=rows.data.astype(np.float32),
-        column_starts=columns.indptr.astype(np.int32),
-        column_vertices=columns.indices.astype(np.int32),
-        column_shares=columns.data.astype(np.float32),
+        **_shares(correction_shares(rest, triangles, np.union1d(points, vertices))),
         orientation=np.ones(1, dtype=np.int64),
     )
 
 
 def _reached(
+    snapshots: SnapshotSet,
     geometry: ContactGeometry,
-    poses: Poses,
     rest: npt.NDArray[np.float32],
     triangles: npt.NDArray[np.int32],
-    sheets: LipSheets,
-    frames: Iterable[tuple[FloatArray, npt.NDArray[np.float32]]],
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Vertices (n,) that come within REACHED of a tooth in a frame, and those of the lips (s,) that meet there."""
-    measure = PenetrationMeasure(geometry, poses, rest, triangles)
-    touched, met = np.zeros(len(rest), bool), np.zeros(len(sheets.vertices), bool)
-    for coordinates, vertices in frames:
-        touched |= measure.depths_in_teeth(vertices, coordinates, REACHED) > 0.0
+    """Vertices (n,) that come within REACHED of a tooth, and vertices (s,) of the lips that meet the other."""
+    measure = PenetrationMeasure(geometry, snapshots.poses, rest, triangles)
+    used = np.flatnonzero(~snapshots.held_out)
+    used = used[:: max(1, len(used) // MOST_FRAMES)]
+    touched, met = np.zeros(len(rest), bool), np.zeros(len(measure.lip_vertices), bool)
+    for row in used:
+        vertices = rest + snapshots.surface.weights @ snapshots.displacements[row].astype(np.float64)
+        lifts = snapshots.poses.lift_coordinates(snapshots.parameters[row, len(snapshots.muscles) :])
+        touched |= measure.depths_in_teeth(vertices, lifts, REACHED) > 0.0
         met |= measure.depths_in_lips(vertices) > 0.0
-    return touched, _widened(rest[sheets.vertices], met)
+    return touched, met
 
 
 def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -142,19 +162,24 @@ def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> 
     return np.asarray(cKDTree(places[chosen]).query(places)[0] <= BESIDE)
 
 
-def _thinned(rest: npt.NDArray[np.float32], among: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
-    """At most MOST_POINTS of the vertices, evenly spread; on both sides of the plane of symmetry alike."""
+def _thinned(
+    rest: npt.NDArray[np.float32], normals: FloatArray, among: npt.NDArray[np.integer]
+) -> npt.NDArray[np.integer]:
+    """At most MOST_POINTS of the vertices, evenly spread; on both sides of the plane of symmetry alike.
+
+    What faces another way is another place: lips that touch at rest both get theirs.
+    """
     places = np.round(rest[among].astype(np.float64), 7)
     among = among[np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))]
-    spacing = FINEST
-    chosen = among
+    places = np.hstack([rest[among], TURNED * normals[among]])
+    chosen, spacing = among, FINEST
     while len(chosen) > MOST_POINTS:
-        tree, free = cKDTree(rest[among]), np.ones(len(among), bool)
+        tree, free = cKDTree(places), np.ones(len(among), bool)
         kept = []
         for number in range(len(among)):
             if free[number]:
                 kept.append(number)
-                free[tree.query_ball_point(rest[among[number]], spacing)] = False
+                free[tree.query_ball_point(places[number], spacing)] = False
         chosen, spacing = among[kept], 1.1 * spacing
     return np.sort(chosen)
 
@@ -188,3 +213,16 @@ def _planes(rest: npt.NDArray[np.float32], triangles: npt.NDArray[np.int32]) -> 
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     return np.column_stack([normal, np.einsum("ti,ti->t", normal, a)]).astype(np.float32)
+
+
+def _shares(rows: sp.csr_matrix) -> dict[str, Any]:
+    """Shares (n, c) by rows and by columns."""
+    columns = sp.csr_matrix(rows.T)
+    return {
+        "row_starts": rows.indptr.astype(np.int32),
+        "row_controls": rows.indices.astype(np.int32),
+        "row_shares": rows.data.astype(np.float32),
+        "column_starts": columns.indptr.astype(np.int32),
+        "column_vertices": columns.indices.astype(np.int32),
+        "column_shares": columns.data.astype(np.float32),
+    }

@@ -6,8 +6,6 @@ of all bumps there. What is moved fades out over some RADIUS beyond the points t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
@@ -19,30 +17,21 @@ from risorius.lip_sheets import edge_lengths
 SPACING, RADIUS = 4e-3, 7e-3
 
 
-@dataclass(frozen=True)
-class CorrectionFields:
-    """Shares (n, c) of n vertices in c controls, between 0 and 1."""
-
-    shares: sp.csr_matrix
-
-    @classmethod
-    def of(
-        cls,
-        rest: npt.NDArray[np.floating],
-        triangles: npt.NDArray[np.int32],
-        touching: npt.NDArray[np.integer],
-    ) -> CorrectionFields:
-        """Fields of a surface (n, 3) around the vertices that may touch."""
-        points = rest.astype(np.float64)
-        graph = edge_lengths(points, triangles)
-        away = dijkstra(graph, directed=False, indices=touching, limit=3.0 * RADIUS, min_only=True)
-        controls = _spread(points, graph, np.flatnonzero(away < np.inf))
-        distance = dijkstra(graph, directed=False, indices=controls, limit=RADIUS)
-        ratio = np.minimum(distance / RADIUS, 1.0)
-        bumps = (1.0 - ratio) ** 4 * (4.0 * ratio + 1.0)
-        shares = bumps / np.maximum(bumps.sum(axis=0), np.finfo(float).tiny)
-        used = shares[:, touching].max(axis=1) > 0.0
-        return cls(sp.csr_matrix(shares[used].T))
+def correction_shares(
+    rest: npt.NDArray[np.floating], triangles: npt.NDArray[np.int32], touching: npt.NDArray[np.integer]
+) -> sp.csr_matrix:
+    """Shares (n, c), between 0 and 1, of the vertices of a surface (n, 3) in controls about those that may touch."""
+    points = rest.astype(np.float64)
+    graph = edge_lengths(points, triangles)
+    away = dijkstra(graph, directed=False, indices=touching, limit=3.0 * RADIUS, min_only=True)
+    controls = _spread(points, graph, np.flatnonzero(away < np.inf))
+    distance = dijkstra(graph, directed=False, indices=controls, limit=RADIUS)
+    ratio = np.minimum(distance / RADIUS, 1.0)
+    bumps = (1.0 - ratio) ** 4 * (4.0 * ratio + 1.0)
+    shares = bumps / np.maximum(bumps.sum(axis=0), np.finfo(float).tiny)
+    used = shares[:, touching].max(axis=1) > 0.0
+    result: sp.csr_matrix = sp.csr_matrix(shares[used].T)
+    return result
 
 
 def _spread(points: FloatArray, graph: sp.csr_matrix, among: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
