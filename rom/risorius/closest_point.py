@@ -5,19 +5,21 @@ from __future__ import annotations
 import numba
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
-def closest_point(p, a, b, c, w):  # type: ignore[no-untyped-def]
-    """Write the weights of the corners a, b, c; return the square of the distance. What is off a feature has zero."""
-    abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    apx, apy, apz = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+@numba.njit(cache=True, error_model="numpy")
+def closest_point(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):  # type: ignore[no-untyped-def]
+    """Square of the distance of p from the triangle a b c, and the three weights of its corners there.
+
+    A corner that is off the feature that is nearest, an edge or a corner, has weight zero.
+    """
+    abx, aby, abz = bx - ax, by - ay, bz - az
+    acx, acy, acz = cx - ax, cy - ay, cz - az
+    apx, apy, apz = px - ax, py - ay, pz - az
     d1 = abx * apx + aby * apy + abz * apz
     d2 = acx * apx + acy * apy + acz * apz
     bb = abx * abx + aby * aby + abz * abz
     bc = abx * acx + aby * acy + abz * acz
     cc = acx * acx + acy * acy + acz * acz
-    d3, d4 = d1 - bb, d2 - bc
-    d5, d6 = d1 - bc, d2 - cc
+    d3, d4, d5, d6 = d1 - bb, d2 - bc, d1 - bc, d2 - cc
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     u, v, s = 0.0, 0.0, 0.0
     if d1 <= 0.0 and d2 <= 0.0:
@@ -39,8 +41,7 @@ def closest_point(p, a, b, c, w):  # type: ignore[no-untyped-def]
         total = va + vb + vc
         v, s = vb / total, vc / total
         u = 1.0 - v - s
-    w[0], w[1], w[2] = u, v, s
-    x = apx - v * abx - s * acx
-    y = apy - v * aby - s * acy
-    z = apz - v * abz - s * acz
-    return x * x + y * y + z * z
+    dx = apx - v * abx - s * acx
+    dy = apy - v * aby - s * acy
+    dz = apz - v * abz - s * acz
+    return dx * dx + dy * dy + dz * dz, u, v, s

@@ -52,18 +52,18 @@ class PenetrationMeasure:
 
     def __call__(self, vertices: npt.NDArray[np.floating], coordinates: npt.NDArray[np.floating]) -> Penetration:
         """Depths of vertices (n, 3) and coordinates (r,) of a frame; what is in a tooth at rest counts from there."""
-        depth = self.depths_in_teeth(vertices, coordinates)
+        depth = self.depths_in_obstacles(vertices, coordinates)
         return Penetration(float(depth.max(initial=0.0)), float(self.depths_in_lips(vertices).max(initial=0.0)))
 
-    def depths_in_teeth(
+    def depths_in_obstacles(
         self, vertices: npt.NDArray[np.floating], coordinates: npt.NDArray[np.floating], around: float = 0.0
     ) -> FloatArray:
-        """Depth (n,) of every vertex in teeth, or in what is `around` metres about them."""
-        deepest = np.zeros(len(vertices))
-        for name, obstacle in self._obstacles.items():
+        """Depth (o, n) of every vertex in each obstacle or in what is `around` metres about it; negative outside."""
+        depths = np.empty((len(self._obstacles), len(vertices)))
+        for depth, (name, obstacle) in zip(depths, self._obstacles.items(), strict=True):
             at_rest = _seen_from(obstacle, self._poses, vertices.astype(np.float64), coordinates)
-            deepest = np.maximum(deepest, around + self._at_rest[name] - obstacle.distance(at_rest))
-        return deepest
+            depth[:] = around + self._at_rest[name] - obstacle.distance(at_rest)
+        return depths
 
     def depths_in_lips(self, vertices: npt.NDArray[np.floating]) -> FloatArray:
         """Depth (s,) of every vertex of the lips in the other lip, metres."""
@@ -107,22 +107,24 @@ def _depths_in_sheets(x, rest, vertices, sheet, triangles, sheet_of, across, bor
         for k in range(3):
             radii[t] = max(radii[t], math.sqrt(np.sum((x[triangles[t, k]] - centres[t]) ** 2)))
     for number in range(len(vertices)):
-        p = x[vertices[number]]
+        p = vertices[number]
         nearest, cosine, found = DEEPEST * DEEPEST, 0.0, -1
         for t in range(len(triangles)):
             if sheet_of[t] == sheet[number]:
                 continue
             reach, square = math.sqrt(nearest) + radii[t] + 1e-9, 0.0
             for i in range(3):
-                square += (p[i] - centres[t, i]) ** 2
+                square += (x[p, i] - centres[t, i]) ** 2
             if square > reach * reach:
                 continue
             a, b, c = x[triangles[t, 0]], x[triangles[t, 1]], x[triangles[t, 2]]
-            square = closest_point(p, a, b, c, w)
+            square, w[0], w[1], w[2] = closest_point(
+                x[p, 0], x[p, 1], x[p, 2], a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]
+            )
             if square > nearest * (1.0 + 1e-9) + 1e-18:
                 continue
             n = np.cross(b - a, c - a)
-            r = p - (w[0] * a + w[1] * b + w[2] * c)
+            r = x[p] - (w[0] * a + w[1] * b + w[2] * c)
             turned = n @ r / max(math.sqrt((n @ n) * square), 1e-30)
             if square < nearest * (1.0 - 1e-9) - 1e-18 or abs(turned) > abs(cosine):
                 cosine, found, best[:] = turned, t, w
@@ -130,7 +132,7 @@ def _depths_in_sheets(x, rest, vertices, sheet, triangles, sheet_of, across, bor
         if found < 0 or cosine >= 0.0 or _on_border(triangles[found], across[found], border, best):
             continue
         a, b, c = rest[triangles[found, 0]], rest[triangles[found, 1]], rest[triangles[found, 2]]
-        if np.cross(b - a, c - a) @ (rest[vertices[number]] - a) >= 0.0:
+        if np.cross(b - a, c - a) @ (rest[p] - a) >= 0.0:
             depths[number] = math.sqrt(nearest)
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_kernels import resolve
-from risorius.effects.contact_tables import ContactTables, contact_tables
+from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
@@ -33,18 +33,21 @@ class Contact:
         self.tables, self.geometry = tables, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
         t = tables
-        self._points = t.points, t.onset, t.away
-        self._teeth = t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves
         self._turn, self._origin = np.eye(3), np.zeros(3)
+        self._teeth = (
+            t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
+            self._turn, self._origin,
+        )  # fmt: skip
         sign = float(t.orientation[0])
         self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, sign
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares
-        controls = len(t.column_starts) - 1
-        scratch = tuple(np.zeros(3) for _ in range(5))
+        points, vertices, controls = len(t.points), len(t.vertices), len(t.column_starts) - 1
+        self._all = np.arange(points, dtype=np.int32), np.arange(vertices, dtype=np.int32)
         self._state = (
-            np.zeros(len(t.points), np.int32), np.zeros(len(t.vertices), np.int32), t.facing.copy(),
-            np.zeros((controls, 3)), np.zeros(controls), scratch,
+            t.facing.copy(), np.zeros(points, np.int32), np.zeros(vertices, np.int32), np.zeros(points),
+            np.zeros((points, 3)), np.zeros(vertices), np.zeros((vertices, 3)), np.zeros((controls, 3)),
+            np.zeros(controls), np.zeros((controls, 3)),
         )  # fmt: skip
         self._motion = np.zeros((4, 4))
 
@@ -53,8 +56,10 @@ class Contact:
         """Return that of snapshots that were solved with contact, else None."""
         if snapshots.contact is None:
             return None
-        carriers = len(np.unique(snapshots.surface.weights.indices))
-        return cls(contact_tables(snapshots, snapshots.contact), snapshots.contact, carriers)
+        surface = snapshots.surface
+        rest, triangles = surface.points.astype(np.float32), surface.triangles.astype(np.int32)
+        tables = contact_tables(snapshots.contact, snapshots.poses, rest, triangles, frames_of(snapshots))
+        return cls(tables, snapshots.contact, len(np.unique(surface.weights.indices)))
 
     def check(self, surroundings: Surroundings) -> None:
         """Nothing: it shows what it can, whatever acts from outside."""
@@ -76,8 +81,7 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        body = self._turn, self._origin
-        resolve(vertices, self._points, self._teeth, body, self._lips, self._rows, self._columns, self._state)
+        resolve(vertices, self._teeth, self._lips, self._rows, self._columns, *self._all, self._state)
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""

@@ -1,4 +1,7 @@
-"""Finding skin that is in teeth or in the other lip, and moving it out; nothing is allocated, nothing is random."""
+"""Finding skin that is in teeth or in the other lip, and moving it out; nothing is allocated, nothing is random.
+
+Loops are in functions that call none with arrays: numba would count references to each of them at every call.
+"""
 
 from __future__ import annotations
 
@@ -9,231 +12,272 @@ import numba
 from risorius.closest_point import closest_point
 
 _compiled = numba.njit(cache=True, error_model="numpy")
-_inlined = numba.njit(cache=True, error_model="numpy", inline="always")
 
-SWEEPS = 6  # at most, of a frame
-NEAR = 0.7e-3  # metres: a point with a wider gap is not looked at again in the same frame
+SWEEPS = 8  # at most, of a frame
+NEAR, DEPTHS = 0.5e-3, 2.5  # metres, times the deepest: a point with a gap wider than both is not looked at again
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
 HALF = 0.6  # of a depth in the other lip, which gives way, too
-ASIDE = 0.3  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
+ASIDE = 0.0  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
 LONGEST_WAY = 8  # steps along it
 SHORTEST_STEP = 0.1e-3  # metres
 FAR = 8e-3  # metres between lips that cannot touch
 LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
-
-
-@_inlined
-def _seen(p, turn, origin, y):  # type: ignore[no-untyped-def]
-    """Write where p is as seen from a body that has gone to turn x + origin."""
-    a, b, c = p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]
-    for i in range(3):
-        y[i] = turn[0, i] * a + turn[1, i] * b + turn[2, i] * c
+FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
+APART = 1.0  # metres: a gap where there is nothing to touch
 
 
 @_compiled
-def distance(grid, start, shape, low, spacing, y, slope):  # type: ignore[no-untyped-def]
-    """Distance at y between the points of a grid, and its derivative; 1 m beyond the grid."""
-    u, v, w = (y[0] - low[0]) / spacing, (y[1] - low[1]) / spacing, (y[2] - low[2]) / spacing
-    if not (0.0 <= u < shape[0] - 1 and 0.0 <= v < shape[1] - 1 and 0.0 <= w < shape[2] - 1):
-        return 1.0
-    i, j, k = int(u), int(v), int(w)
-    u, v, w = u - i, v - j, w - k
-    step_j, step_i = shape[2], shape[1] * shape[2]
-    n = start + i * step_i + j * step_j + k
-    c000, c001, c010, c011 = grid[n], grid[n + 1], grid[n + step_j], grid[n + step_j + 1]
-    n += step_i
-    c100, c101, c110, c111 = grid[n], grid[n + 1], grid[n + step_j], grid[n + step_j + 1]
-    c00, c01, c10, c11 = (c000 + w * (c001 - c000), c010 + w * (c011 - c010),
-                          c100 + w * (c101 - c100), c110 + w * (c111 - c110))  # fmt: skip
+def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: ignore[no-untyped-def]
+    """Value at (u, v, w) in a cube between its corners, and derivatives by u, v, w."""
+    c00, c01 = c000 + w * (c001 - c000), c010 + w * (c011 - c010)
+    c10, c11 = c100 + w * (c101 - c100), c110 + w * (c111 - c110)
     c0, c1 = c00 + v * (c01 - c00), c10 + v * (c11 - c10)
-    slope[0] = (c1 - c0) / spacing
-    slope[1] = ((1.0 - u) * (c01 - c00) + u * (c11 - c10)) / spacing
-    slope[2] = ((1.0 - u) * ((1.0 - v) * (c001 - c000) + v * (c011 - c010))
-                + u * ((1.0 - v) * (c101 - c100) + v * (c111 - c110))) / spacing  # fmt: skip
-    return c0 + u * (c1 - c0)
+    by_v = (1.0 - u) * (c01 - c00) + u * (c11 - c10)
+    w_0 = (1.0 - v) * (c001 - c000) + v * (c011 - c010)
+    w_1 = (1.0 - v) * (c101 - c100) + v * (c111 - c110)
+    return c0 + u * (c1 - c0), c1 - c0, by_v, (1.0 - u) * w_0 + u * w_1
 
 
 @_compiled
-def _way_out(grid, start, shape, low, spacing, onset, y, out, slope):  # type: ignore[no-untyped-def]
-    """How far y is from being out of an obstacle along a unit vector; moves y there."""
-    way = 0.0
-    for _ in range(LONGEST_WAY):
-        depth = onset - distance(grid, start, shape, low, spacing, y, slope)
-        if depth <= 0.0:
-            break
-        step = max(depth, SHORTEST_STEP)
-        way += step
-        for i in range(3):
-            y[i] += step * out[i]
-    return way
+def gaps_to_teeth(
+    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
+):  # type: ignore[no-untyped-def]
+    """Gaps (k,) of `count` of the points, `which` by number, to what is nearest of the obstacles; ways out (k, 3).
 
-
-@_compiled
-def gap_to_teeth(x, number, points, onset, away, teeth, body, y, slope, n):  # type: ignore[no-untyped-def]
-    """Smallest gap of a point; its way out, in the frame of the head, in n."""
-    grid, starts, shapes, lows, spacings, moves = teeth
-    turn, origin = body
-    smallest = 1.0
-    p = x[points[number]]
-    for o in range(len(starts)):
-        if not onset[number, o] > -1.0:
-            continue
-        if moves[o]:
-            _seen(p, turn, origin, y)
-        else:
-            y[0], y[1], y[2] = p[0], p[1], p[2]
-        gap = distance(grid, starts[o], shapes[o], lows[o], spacings[o], y, slope) - onset[number, o]
-        if gap >= smallest:
-            continue
-        out = away[number, o]
-        length = max(math.sqrt(slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2), 1e-12)
-        for i in range(3):
-            slope[i] /= length
-        if gap < 0.0 and slope[0] * out[0] + slope[1] * out[1] + slope[2] * out[2] < ASIDE:
-            gap = -_way_out(grid, starts[o], shapes[o], lows[o], spacings[o], onset[number, o], y, out, slope)
-            slope[0], slope[1], slope[2] = out[0], out[1], out[2]
-        smallest = gap
-        for i in range(3):
+    The nearest way out is not taken where it leads to the other side of a
+    tooth than that at rest.
+    """
+    for e in range(count):
+        number = which[e]
+        p = points[number]
+        gaps[number] = APART
+        for o in range(len(starts)):
+            begins = onset[number, o]
+            if not begins > -1.0:
+                continue
+            a, b, c = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
             if moves[o]:
-                n[i] = turn[i, 0] * slope[0] + turn[i, 1] * slope[1] + turn[i, 2] * slope[2]
+                a, b, c = a - origin[0], b - origin[1], c - origin[2]
+                a, b, c = (turn[0, 0] * a + turn[1, 0] * b + turn[2, 0] * c,
+                           turn[0, 1] * a + turn[1, 1] * b + turn[2, 1] * c,
+                           turn[0, 2] * a + turn[1, 2] * b + turn[2, 2] * c)  # fmt: skip
+            per_metre = 1.0 / spacings[o]
+            a, b, c = (a - lows[o, 0]) * per_metre, (b - lows[o, 1]) * per_metre, (c - lows[o, 2]) * per_metre
+            ny, nz = shapes[o, 1], shapes[o, 2]
+            ox, oy, oz = away[number, o, 0], away[number, o, 1], away[number, o, 2]
+            gap, gx, gy, gz, way = APART, ox, oy, oz, 0.0
+            for step in range(LONGEST_WAY):
+                s = way * per_metre
+                u, v, w = a + s * ox, b + s * oy, c + s * oz
+                if not (0.0 <= u < shapes[o, 0] - 1 and 0.0 <= v < ny - 1 and 0.0 <= w < nz - 1):
+                    break
+                i, j, k = int(u), int(v), int(w)
+                n = starts[o] + (i * ny + j) * nz + k
+                m = n + ny * nz
+                here, hx, hy, hz = _linear(
+                    grid[n], grid[n + 1], grid[n + nz], grid[n + nz + 1],
+                    grid[m], grid[m + 1], grid[m + nz], grid[m + nz + 1], u - i, v - j, w - k,
+                )  # fmt: skip
+                here -= begins
+                if step == 0:
+                    gap = here
+                    length = max(math.sqrt(hx * hx + hy * hy + hz * hz), 1e-12)
+                    if gap >= 0.0 or hx * ox + hy * oy + hz * oz >= ASIDE * length:
+                        gx, gy, gz = hx / length, hy / length, hz / length
+                        break
+                if here >= 0.0:
+                    break
+                way += max(-here, SHORTEST_STEP)
+            gap = gap if way == 0.0 else -way
+            if gap >= gaps[number]:
+                continue
+            gaps[number] = gap
+            if moves[o]:
+                for i in range(3):
+                    ways[number, i] = turn[i, 0] * gx + turn[i, 1] * gy + turn[i, 2] * gz
             else:
-                n[i] = slope[i]
+                ways[number, 0], ways[number, 1], ways[number, 2] = gx, gy, gz
+
+
+@_compiled
+def gaps_to_lips(
+    x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways
+):  # type: ignore[no-untyped-def]
+    """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
+
+    The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
+    triangle. There is nothing to touch at the border of a lip, far away, and behind what is behind at rest, too: there
+    is tissue in between.
+    """
+    for e in range(count):
+        number = which[e]
+        p, t = vertices[number], at[number]
+        px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
+        gaps[number] = APART
+        square, w0, w1, w2, from_start = FAR * FAR, 1.0, 0.0, 0.0, -1
+        candidate, ends = t, False
+        for _ in range(LONGEST_WALK):
+            following = -1
+            for k in range(-1, 3):
+                if k < 0:
+                    if from_start >= 0:
+                        continue
+                    candidate = t
+                else:
+                    opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+                    candidate = across[t, k]
+                    if from_start < 0 or opposite != 0.0 or candidate < 0:
+                        continue
+                a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+                s, v0, v1, v2 = closest_point(
+                    px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+                )
+                if s < square * (1.0 - 1e-6):
+                    square, following = s, candidate
+                    n0, n1, n2 = v0, v1, v2
+            if following < 0:
+                break
+            t, from_start = following, 1
+            w0, w1, w2 = n0, n1, n2
+        if from_start < 0:
+            continue
+        nx, ny, nz = 0.0, 0.0, 0.0
+        for k in range(-1, 3):
+            candidate = t
+            if k >= 0:
+                opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+                if opposite != 0.0:
+                    continue
+                candidate = across[t, k]
+                if candidate < 0:
+                    ends = True
+                    break
+            a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+            ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+            vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+            mx, my, mz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            scale = sign / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-20)
+            nx, ny, nz = nx + mx * scale, ny + my * scale, nz + mz * scale
+        at[number] = t
+        if ends:
+            continue
+        behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
+                  + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
+        if behind:
+            continue
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
+                + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
+                + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
+        gap = math.sqrt(square)
+        if side >= 0.0:
+            gaps[number] = gap
+        elif gap < DEEPEST:
+            gaps[number] = -gap
+        length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+        ways[number, 0], ways[number, 1], ways[number, 2] = nx / length, ny / length, nz / length
+
+
+@_compiled
+def _smallest(gaps):  # type: ignore[no-untyped-def]
+    smallest = APART
+    for gap in gaps:
+        smallest = min(smallest, gap)
     return smallest
 
 
 @_compiled
-def _add_normal(x, corners, sign, n):  # type: ignore[no-untyped-def]
-    a, b, c = x[corners[0]], x[corners[1]], x[corners[2]]
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    scale = sign / max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-20)
-    n[0] += nx * scale
-    n[1] += ny * scale
-    n[2] += nz * scale
-
-
-@_compiled
-def gap_to_lip(x, p, t, triangles, across, sign, w, trial, n):  # type: ignore[no-untyped-def]
-    """Gap of vertex p to the nearest triangle from t on, and that triangle; the way out in n. 1 m where there is none.
-
-    Downhill from triangle to triangle across the edges that the nearest point lies on.
-    """
-    square = closest_point(x[p], x[triangles[t, 0]], x[triangles[t, 1]], x[triangles[t, 2]], w)
-    for _ in range(LONGEST_WALK):
-        following = -1
-        for k in range(3):
-            other = across[t, k]
-            if w[(k + 2) % 3] != 0.0 or other < 0:
-                continue
-            s = closest_point(x[p], x[triangles[other, 0]], x[triangles[other, 1]], x[triangles[other, 2]], trial)
-            if s < square * (1.0 - 1e-6):
-                square, following = s, other
-        if following < 0:
-            break
-        t = following
-        square = closest_point(x[p], x[triangles[t, 0]], x[triangles[t, 1]], x[triangles[t, 2]], w)
-    n[0], n[1], n[2] = 0.0, 0.0, 0.0
-    _add_normal(x, triangles[t], sign, n)
-    for k in range(3):
-        if w[(k + 2) % 3] == 0.0:
-            if across[t, k] < 0:
-                return 1.0, t
-            _add_normal(x, triangles[across[t, k]], sign, n)
-    side = 0.0
-    for i in range(3):
-        foot = w[0] * x[triangles[t, 0], i] + w[1] * x[triangles[t, 1], i] + w[2] * x[triangles[t, 2], i]
-        side += n[i] * (x[p, i] - foot)
-    length = max(math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
-    for i in range(3):
-        n[i] /= length
-    return (math.sqrt(square) if side >= 0.0 else -math.sqrt(square)), t
-
-
-@_compiled
-def _in_front_at_rest(place, plane):  # type: ignore[no-untyped-def]
-    return plane[0] * place[0] + plane[1] * place[1] + plane[2] * place[2] >= plane[3]
-
-
-@_compiled
-def find(x, teeth_points, teeth, body, lips, near, near_lips, at, scratch):  # type: ignore[no-untyped-def]
-    """Write the points with a gap below NEAR; return how many of teeth and of lips, and the smallest gap."""
-    points, onset, away = teeth_points
-    vertices, facing, places, triangles, across, planes, sign = lips
-    y, slope, n, w, trial = scratch
-    smallest, count, count_lips = 1.0, 0, 0
-    for number in range(len(points)):
-        gap = gap_to_teeth(x, number, points, onset, away, teeth, body, y, slope, n)
-        if gap < NEAR:
-            near[count] = number
+def nearer(gaps, than, which):  # type: ignore[no-untyped-def]
+    """Write the numbers with gaps (k,) below `than`; return how many."""
+    count = 0
+    for number in range(len(gaps)):
+        if gaps[number] < than:
+            which[count] = number
             count += 1
-            smallest = min(smallest, gap)
-    for number in range(len(vertices)):
-        p, t = x[vertices[number]], facing[number]
-        a = x[triangles[t, 0]]
-        if (p[0] - a[0]) ** 2 + (p[1] - a[1]) ** 2 + (p[2] - a[2]) ** 2 > FAR * FAR:
+    return count
+
+
+@_compiled
+def gather(vertices, which, count, gaps, ways, factor, starts, controls, shares, wanted, total):  # type: ignore[no-untyped-def]
+    """Add what points with a negative gap want of the controls, weighted by depth; return the deepest."""
+    deepest = 0.0
+    for e in range(count):
+        number = which[e]
+        depth = -gaps[number]
+        if depth <= 0.0:
             continue
-        gap, t = gap_to_lip(x, vertices[number], t, triangles, across, sign, w, trial, n)
-        if -DEEPEST < gap < NEAR and _in_front_at_rest(places[number], planes[t]):
-            near_lips[count_lips], at[number] = number, t
-            count_lips += 1
-            smallest = min(smallest, gap)
-    return count, count_lips, smallest
+        deepest = max(deepest, depth)
+        depth *= factor
+        dx, dy, dz = depth * ways[number, 0], depth * ways[number, 1], depth * ways[number, 2]
+        p = vertices[number]
+        for entry in range(starts[p], starts[p + 1]):
+            share, control = shares[entry] * depth, controls[entry]
+            total[control] += share
+            wanted[control, 0] += share * dx
+            wanted[control, 1] += share * dy
+            wanted[control, 2] += share * dz
+    return deepest
 
 
 @_compiled
-def _push(vertex, depth, n, starts, controls, shares, wanted, total):  # type: ignore[no-untyped-def]
-    for e in range(starts[vertex], starts[vertex + 1]):
-        share, c = shares[e] * depth, controls[e]
-        total[c] += share
-        for i in range(3):
-            wanted[c, i] += share * depth * n[i]
+def move(x, wanted, total, moved, starts, vertices, shares):  # type: ignore[no-untyped-def]
+    """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
-
-@_compiled
-def _move(x, wanted, total, starts, vertices, shares):  # type: ignore[no-untyped-def]
-    """Move the vertices by what the controls want in the mean, weighted by depth."""
-    for c in range(len(total)):
-        if total[c] <= 0.0:
+    moved (c, 3): by how much the controls have moved in this frame.
+    """
+    for control in range(len(total)):
+        if total[control] <= 0.0:
             continue
-        scale = GAIN / total[c]
-        dx, dy, dz = wanted[c, 0] * scale, wanted[c, 1] * scale, wanted[c, 2] * scale
-        for e in range(starts[c], starts[c + 1]):
-            v, share = vertices[e], shares[e]
-            x[v, 0] += share * dx
-            x[v, 1] += share * dy
-            x[v, 2] += share * dz
+        scale = GAIN / total[control]
+        dx, dy, dz = wanted[control, 0] * scale, wanted[control, 1] * scale, wanted[control, 2] * scale
+        wanted[control, 0], wanted[control, 1], wanted[control, 2], total[control] = 0.0, 0.0, 0.0, 0.0
+        ax, ay, az = moved[control, 0] + dx, moved[control, 1] + dy, moved[control, 2] + dz
+        short = min(1.0, FARTHEST / max(math.sqrt(ax * ax + ay * ay + az * az), 1e-12))
+        dx, dy, dz = short * ax - moved[control, 0], short * ay - moved[control, 1], short * az - moved[control, 2]
+        moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
+        for entry in range(starts[control], starts[control + 1]):
+            vertex, share = vertices[entry], shares[entry]
+            x[vertex, 0] += share * dx
+            x[vertex, 1] += share * dy
+            x[vertex, 2] += share * dz
 
 
 @_compiled
-def resolve(x, teeth_points, teeth, body, lips, rows, columns, state):  # type: ignore[no-untyped-def]
+def resolve(x, teeth, lips, rows, columns, all_points, all_vertices, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
-    points, onset, away = teeth_points
+    points, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin = teeth
     vertices, facing, places, triangles, across, planes, sign = lips
-    near, near_lips, at, wanted, total, scratch = state
-    y, slope, n, w, trial = scratch
-    count, count_lips, smallest = find(x, teeth_points, teeth, body, lips, near, near_lips, at, scratch)
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved = state
+    at[:] = facing
+    gaps_to_teeth(
+        x, points, all_points, len(points), onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin,
+        gaps, ways,
+    )  # fmt: skip
+    gaps_to_lips(
+        x, vertices, all_vertices, len(vertices), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+    )
+    smallest = min(_smallest(gaps), _smallest(gaps_lips))
     if smallest > -ENOUGH:
         return 0
+    count = nearer(gaps, NEAR - DEPTHS * smallest, which)
+    count_lips = nearer(gaps_lips, NEAR - DEPTHS * smallest, which_lips)
+    moved[:] = 0.0
     for sweep in range(SWEEPS):
-        deepest = 0.0
-        wanted[:] = 0.0
-        total[:] = 0.0
-        for e in range(count):
-            number = near[e]
-            gap = gap_to_teeth(x, number, points, onset, away, teeth, body, y, slope, n)
-            if gap < 0.0:
-                deepest = max(deepest, -gap)
-                _push(points[number], -gap, n, rows[0], rows[1], rows[2], wanted, total)
-        for e in range(count_lips):
-            number = near_lips[e]
-            gap, at[number] = gap_to_lip(x, vertices[number], at[number], triangles, across, sign, w, trial, n)
-            if -DEEPEST < gap < 0.0 and _in_front_at_rest(places[number], planes[at[number]]):
-                deepest = max(deepest, -gap)
-                _push(vertices[number], -HALF * gap, n, rows[0], rows[1], rows[2], wanted, total)
-        if deepest < ENOUGH:
+        deepest = gather(points, which, count, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+        deeper = gather(
+            vertices, which_lips, count_lips, gaps_lips, ways_lips, HALF, rows[0], rows[1], rows[2], wanted, total
+        )
+        if max(deepest, deeper) < ENOUGH:
+            wanted[:] = 0.0
+            total[:] = 0.0
             return sweep
-        _move(x, wanted, total, columns[0], columns[1], columns[2])
+        move(x, wanted, total, moved, columns[0], columns[1], columns[2])
+        gaps_to_teeth(
+            x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
+        )
+        gaps_to_lips(
+            x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+        )
     return SWEEPS

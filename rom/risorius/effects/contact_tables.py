@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,11 +22,15 @@ from risorius.penetration import PenetrationMeasure
 from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
 
-MOST_POINTS = 400  # that are looked at for teeth, and for lips
+Vertices = npt.NDArray[np.float32]
+Frames = Iterable[tuple[FloatArray, Vertices]]
+"""Lift coordinates of the poses, and vertices (n, 3), of each."""
+
+MOST_POINTS = 500  # that are looked at for teeth, and for lips
 MOST_FRAMES = 150  # of training, at which it is seen what may touch
-REACHED = 1e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
-BESIDE = 2.5e-3  # metres: what is as near as that to where lips meet can meet, too
-FINEST = 0.5e-3  # metres between points
+REACHED = 2.5e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
+BESIDE = 4e-3  # metres: what is as near as that to where lips meet can meet, too
+FINEST = 0.4e-3  # metres between points
 TURNED = 2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
@@ -113,18 +118,19 @@ class ContactTables:
         )
 
 
-def contact_tables(snapshots: SnapshotSet, geometry: ContactGeometry) -> ContactTables:
-    """Tables for the visible surface of snapshots; what comes near nothing in any of them is left out."""
-    rest, triangles = snapshots.surface.points.astype(np.float32), snapshots.surface.triangles.astype(np.int32)
+def contact_tables(
+    geometry: ContactGeometry, poses: Poses, rest: Vertices, triangles: npt.NDArray[np.int32], frames: Frames
+) -> ContactTables:
+    """Tables for a surface at rest (n, 3), triangles (m, 3); what comes near nothing in any frame is left out."""
     sheets = LipSheets.of(geometry.seam, rest, triangles)
-    touched, met = _reached(snapshots, geometry, rest, triangles)
+    touched, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
     normals = vertex_normals(rest, triangles).astype(np.float64)
-    points = _thinned(rest, normals, np.flatnonzero(touched))
+    points = _thinned(rest, normals, np.flatnonzero(touched.any(axis=0)))
     vertices = _thinned(rest, normals, sheets.vertices[_widened(rest[sheets.vertices], met)])
     chosen = np.searchsorted(sheets.vertices, vertices)
     return ContactTables(
         points=points.astype(np.int32),
-        **_of_obstacles(geometry, snapshots.poses, rest[points]),
+        **_of_obstacles(geometry, poses, rest[points], touched[:, points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
         places=rest[sheets.vertices[chosen]],
@@ -136,23 +142,24 @@ def contact_tables(snapshots: SnapshotSet, geometry: ContactGeometry) -> Contact
     )
 
 
-def _reached(
-    snapshots: SnapshotSet,
-    geometry: ContactGeometry,
-    rest: npt.NDArray[np.float32],
-    triangles: npt.NDArray[np.int32],
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Vertices (n,) that come within REACHED of a tooth, and vertices (s,) of the lips that meet the other."""
-    measure = PenetrationMeasure(geometry, snapshots.poses, rest, triangles)
+def frames_of(snapshots: SnapshotSet) -> Frames:
+    """Some of the training snapshots, as they are seen."""
     used = np.flatnonzero(~snapshots.held_out)
-    used = used[:: max(1, len(used) // MOST_FRAMES)]
-    touched, met = np.zeros(len(rest), bool), np.zeros(len(measure.lip_vertices), bool)
-    for row in used:
-        vertices = rest + snapshots.surface.weights @ snapshots.displacements[row].astype(np.float64)
+    for row in used[:: max(1, len(used) // MOST_FRAMES)]:
+        displacement = snapshots.surface.weights @ snapshots.displacements[row].astype(np.float64)
         lifts = snapshots.poses.lift_coordinates(snapshots.parameters[row, len(snapshots.muscles) :])
-        touched |= measure.depths_in_teeth(vertices, lifts, REACHED) > 0.0
+        yield lifts, (snapshots.surface.points + displacement).astype(np.float32)
+
+
+def _reached(
+    measure: PenetrationMeasure, frames: Frames
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Vertices (o, n) that come within REACHED of an obstacle, and vertices (s,) of the lips that meet the other."""
+    touched, met = False, np.zeros(len(measure.lip_vertices), bool)
+    for lifts, vertices in frames:
+        touched |= measure.depths_in_obstacles(vertices, lifts, REACHED) > 0.0
         met |= measure.depths_in_lips(vertices) > 0.0
-    return touched, met
+    return np.asarray(touched), met
 
 
 def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -184,13 +191,16 @@ def _thinned(
     return np.sort(chosen)
 
 
-def _of_obstacles(geometry: ContactGeometry, poses: Poses, places: npt.NDArray[np.float32]) -> dict[str, Any]:
+def _of_obstacles(
+    geometry: ContactGeometry, poses: Poses, places: npt.NDArray[np.float32], touched: npt.NDArray[np.bool_]
+) -> dict[str, Any]:
+    """Tables of the obstacles, for points at places (k, 3) at rest that touch some of them (o, k)."""
     obstacles = list(geometry.obstacles.values())
     onset = np.full((len(places), len(obstacles)), -2.0, np.float32)
     away = np.zeros((len(places), len(obstacles), 3), np.float32)
     for number, obstacle in enumerate(obstacles):
         gap, slope = obstacle.distance(places), obstacle.slope(places)
-        onset[:, number] = np.where(gap > -DEEPEST_AT_REST, np.minimum(gap, 0.0), -2.0)
+        onset[:, number] = np.where(touched[number] & (gap > -DEEPEST_AT_REST), np.minimum(gap, 0.0), -2.0)
         away[:, number] = np.where(np.linalg.norm(slope, axis=1, keepdims=True) > 0.1, slope, OUT_OF_THE_FACE)
     sizes = [obstacle.distances.size for obstacle in obstacles]
     jaw = np.zeros((0, 4, 4)) if poses.jaw is None else unit_transforms(poses.jaw)
