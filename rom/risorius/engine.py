@@ -11,17 +11,19 @@ import numpy.typing as npt
 
 from risorius.budget import Budget
 from risorius.choosing import taken
-from risorius.effects import EFFECTS, Effect, Surroundings, Touch
+from risorius.effects import Surroundings, Touch
 from risorius.effects.effect import vector
+from risorius.effort import Effort
 from risorius.errors import InputError
-from risorius.evaluators import Superposition
 from risorius.guard import Verdict
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
-from risorius.operating_point import OperatingPoint
+from risorius.normals import vertex_normals
 from risorius.pipeline import ALONE
+from risorius.plan import planned
 from risorius.scene import Scene
+from risorius.strain import SurfaceStrain
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
 _METHOD = {Verdict.GOOD: "{}", Verdict.MENDED: "{}, mended", Verdict.HELD: "held"}
@@ -35,7 +37,8 @@ class Frame:
     the vertex error against the full model, calibrated to hold on 95 % of held-out snapshots; infinite where nothing is
     known. method: the evaluator that answered, followed by ", mended" where tissue would have folded and was changed as
     little as that takes; or "held": nothing could be answered, and the frame is the last good state. converged: False
-    for that. elapsed: seconds.
+    for that. elapsed: seconds. Where the scene wants them: normals (n, 3), of unit length; strain (m, 2) of the
+    triangles, principal Green-Lagrange in their plane, the larger first; effort (muscles,), joules that each gives off.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -44,6 +47,9 @@ class Frame:
     method: str
     converged: bool
     elapsed: float
+    normals: npt.NDArray[np.float32] | None = None
+    strain: npt.NDArray[np.float32] | None = None
+    effort: FloatArray | None = None
 
 
 class Engine:
@@ -51,16 +57,20 @@ class Engine:
 
     point: the operating point that the budget buys on this machine; without one, the most accurate whose frames took a
     millisecond at training. A budget that none meets is not an error: the nearest is taken, and the log warns.
-    effects: names of those that the scene calls for. Raises InputError when the model has no operating point for the
-    scene, or not an effect that it asks for.
+    model: what the scene leaves of the model. vertex_numbers (n,): of its vertices in the whole model. effects: names
+    of those that the scene calls for. Raises InputError when the model has not what the scene asks for.
     """
 
     def __init__(self, model: ReducedModel, scene: Scene | None = None, budget: Budget | None = None) -> None:
-        self.model = model
         self.scene = scene or Scene()
-        wanted = self._wanted()
-        self.effects = tuple(effect.name for effect in wanted)
-        self.point, self._pipeline = taken(model, self._candidates(), budget, wanted)
+        plan = planned(model, self.scene)
+        self.model, self.vertex_numbers = plan.model, plan.vertex_numbers
+        outputs = self.scene.outputs
+        self._normals = "normals" in outputs
+        self._strain = SurfaceStrain(self.model.rest_vertices, self.triangles) if "strain" in outputs else None
+        self._effort = None if plan.muscles is None else Effort(plan.muscles)
+        self.point, self._pipeline = taken(self.model, budget or self.scene.budget)
+        self.effects = tuple(self.model.effects)
         for step in (1e-3, None) if "inertia" in self.effects else (None,):
             self.evaluate(step=step)  # compiles the kernels, so that the first frame is not late
 
@@ -100,6 +110,12 @@ class Engine:
         indicators = self._pipeline.solve(parameters, surroundings)
         self._pipeline.write(vertices)
         verdict = self._pipeline.verdict
+        normals = vertex_normals(vertices, self.triangles) if self._normals else None
+        strain = None if self._strain is None else self._strain.of(vertices)
+        effort = None
+        if self._effort is not None:
+            activations = self._pipeline.parameters[: len(self.model.inputs.muscles)]
+            effort = self._effort.of(activations, self._pipeline.coordinates[: self.model.rank])
         return Frame(
             vertices=vertices,
             coordinates=self._pipeline.coordinates.copy(),
@@ -107,31 +123,10 @@ class Engine:
             method=_METHOD[verdict].format(self.point.setting.method),
             converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
+            normals=normals,
+            strain=strain,
+            effort=effort,
         )
-
-    def _wanted(self) -> list[Effect]:
-        """Effects that the scene calls for."""
-        wanted = []
-        for name, kind in EFFECTS.items():
-            found, asked = self.model.effects.get(name), getattr(self.scene, name)
-            if asked and found is None:
-                raise InputError(
-                    f"scene: {name} is asked for, but model {self.model.name!r} is without; train it from {kind.needs}"
-                )
-            if found is not None and asked is not False:
-                wanted.append(found)
-        return wanted
-
-    def _candidates(self) -> list[OperatingPoint]:
-        """Operating points that show what the scene asks for."""
-        linear = [point for point in self.model.points if point.setting.method == Superposition.name]
-        found = list(self.model.points) if self.scene.nonlinear else linear
-        if not found or (self.scene.nonlinear and len(found) == len(linear)):
-            wanted = "that lets muscles interact" if self.scene.nonlinear else f"of {Superposition.name!r}"
-            raise InputError(
-                f"model {self.model.name!r} has no operating point {wanted}, as the scene needs; train anew"
-            )
-        return found
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:
         table = self.model.inputs

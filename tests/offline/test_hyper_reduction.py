@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
+from risorius.effort import Effort
 from risorius.evaluators import CorrectedMap
 from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.cubature import choose, element_forces
@@ -17,10 +18,12 @@ from risorius.hyper_reduction.tissue import Tissue
 from risorius.hyper_reduction.wall import Walls, relaxed_barrier
 from risorius.mechanics.material import Yeoh
 from risorius.mechanics.wall import barrier
+from risorius.part import Part
 from risorius.poses import Poses
 from risorius_offline.body import body_of
-from risorius_offline.equilibrium import EquilibriumSolver
+from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.quantities import muscle_state
 from tests.offline.models import muscle_block
 
 SOFT = Yeoh.neo_hookean(15e3, 0.45)
@@ -223,6 +226,9 @@ class Guess:
     def coordinates(self, parameters, out):
         out[:] = self.answer
 
+    def within(self, part):
+        return Guess(self.answer[part.modes])
+
 
 @pytest.fixture(scope="module")
 def sampled(pulled):
@@ -264,6 +270,26 @@ def test_a_good_guess_stays_and_a_bad_one_is_corrected(sampled):
     bad.coordinates(full, out)
     assert bad.doubt > body.quiet
     assert np.linalg.norm(out - truth) < 0.2 * np.linalg.norm(off - truth)
+
+
+def test_a_part_of_the_modes_is_corrected_as_in_the_whole(sampled):
+    body, truth = sampled
+    nothing, asked = np.zeros(0, np.int64), np.array([0, 2])
+    part = Part(np.array([0]), np.array([True]), nothing, asked, nothing, nothing, lift_count=0)
+    whole = CorrectedMap(Guess(truth + 20 * body.quiet), body, Poses())
+    every, some = np.empty(len(truth)), np.empty(2)
+    whole.coordinates(np.array([1.0]), every)
+    whole.within(part).coordinates(np.array([1.0]), some)
+    np.testing.assert_array_equal(some, every[asked])
+
+
+def test_work_of_the_muscles_is_that_of_the_full_model(pulled, sampled):
+    model, _, _, modes = pulled
+    body, truth = sampled
+    u = np.tensordot(truth, modes, axes=1)
+    expected = muscle_state(model, Equilibrium(np.array([0.63]), u)).works
+    assert expected[0] > 0.0
+    assert Effort(body.muscles).of(np.array([0.63]), truth) == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_sampled_body_comes_back_from_its_file(sampled, tmp_path):
