@@ -54,9 +54,8 @@ def test_actions_that_a_model_lacks_are_not_applicable(synthetic_model):
 
 
 def broken(model, group):
-    return {
-        word.split(":")[0] for one in results(model, group) for word in one.detail.split(", ") if one.outcome == FAILED
-    }
+    failed = [one.detail for one in results(model, group) if one.outcome == FAILED]
+    return {word.split(":")[0] for detail in failed for word in detail.split(", ")}
 
 
 def test_folded_frames_fail_without_the_guard(watched_model, monkeypatch):
@@ -81,7 +80,7 @@ class Exploding:
         return Exploding(self.inner.at(setting), self.value)
 
 
-@pytest.mark.parametrize(("value", "verdicts"), [(np.nan, {"finite", "bounded", "unfolded"}), (5.9, {"bounded"})])
+@pytest.mark.parametrize(("value", "verdicts"), [(np.nan, {"finite", "bounded", "unfolded"}), (1e3, {"bounded"})])
 def test_explosions_fail_without_the_guard_and_are_held_with_it(watched_model, monkeypatch, value, verdicts):
     exploding = Exploding(watched_model.evaluators["polynomial"], value)
     watch = replace(watched_model.watch, gradients=0.0 * watched_model.watch.gradients, longest=1.0)
@@ -112,11 +111,7 @@ def test_the_command_prints_every_case_and_fails_where_one_does(model_file, monk
         (HardSolved("a", smallest_jacobian=0.1, residual=1e-8), PASSED, ""),
         (HardSolved("a", smallest_jacobian=-0.1, residual=1e-8), FAILED, "folded"),
         (HardSolved("a", smallest_jacobian=0.1, residual=1e-3), FAILED, "residual 1.0e-03"),
-        (
-            HardSolved("a", finite=False, smallest_jacobian=np.nan, residual=np.nan),
-            FAILED,
-            "not finite, folded, residual nan",
-        ),
+        (HardSolved("a", finite=False, residual=np.nan), FAILED, "not finite, residual nan"),
         (HardSolved("a", refused="no equilibrium beyond 0.3"), PASSED, "refused: no equilibrium beyond 0.3"),
     ],
 )

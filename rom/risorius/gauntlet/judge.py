@@ -17,13 +17,13 @@ VERDICTS = {
     "answers": "every input is answered, or refused by an InputError where it has to be",
     "counted": "what is wrong with a message is counted",
     "finite": "all vertices, coordinates and errors are numbers",
-    "bounded": "no vertex moves further than three times what any input alone does",
+    "bounded": "no vertex moves further than half of what the face measures",
     "honest": "a frame that was held says so",
     "unfolded": "no converged frame has J <= 0 at a watched point",
     "residual": "no converged frame that physics corrected has a longer residual than the map's answer",
     "recovers": "the frame after the case is the face at rest",
 }
-FARTHEST = 3.0  # times what any input moves any vertex
+FARTHEST = 0.5  # of the longest side of the face
 SAME = 1e-6  # metres
 FAILURES = (Error, ArithmeticError, ValueError, TypeError, LookupError)
 
@@ -32,12 +32,11 @@ FAILURES = (Error, ArithmeticError, ValueError, TypeError, LookupError)
 class Judge:
     """Asks the engine of a bench and counts what does not hold, by verdict.
 
-    limit: metres that no vertex may move further. smallest_jacobian: of converged frames; None without watched points.
+    smallest_jacobian: of converged frames; None without watched points.
     farthest: metres that a vertex has moved at most.
     """
 
     bench: Bench
-    limit: float
     broken: Counter[str] = field(default_factory=Counter)
     frames: int = 0
     refused: int = 0
@@ -75,7 +74,7 @@ class Judge:
         self.broken["finite"] += not (numbers and not np.isnan(frame.error))
         moved = np.linalg.norm(frame.vertices - self.bench.model.rest_vertices, axis=1).max()
         self.farthest = max(self.farthest, float(moved))
-        self.broken["bounded"] += not moved <= self.limit
+        self.broken["bounded"] += not moved <= FARTHEST * float(np.ptp(self.bench.model.rest_vertices, axis=0).max())
         self.broken["honest"] += frame.converged == (frame.method == "held")
         if frame.converged:
             self._judge_physics(frame, ask)

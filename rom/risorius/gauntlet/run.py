@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from risorius.gauntlet.acting import acting_cases
 from risorius.gauntlet.adversary import adversarial_cases
-from risorius.gauntlet.case import Ask, Bench, Case, NotApplicableError
+from risorius.gauntlet.case import Bench, Case, NotApplicableError
 from risorius.gauntlet.extremes import extreme_cases
-from risorius.gauntlet.judge import FARTHEST, Judge
+from risorius.gauntlet.judge import Judge
 from risorius.gauntlet.numbers import number_cases
 from risorius.gauntlet.sequences import sequence_cases
 from risorius.gauntlet.settings import setting_cases
@@ -56,18 +54,17 @@ def all_cases() -> list[Case]:
 def run(model: ReducedModel, cases: Iterable[Case]) -> Iterator[Result]:
     """Result after result."""
     bench = Bench(model)
-    limit = FARTHEST * _farthest_alone(bench)
     for case in cases:
-        yield _result(case, bench, limit)
+        yield _result(case, bench)
 
 
-def _result(case: Case, bench: Bench, limit: float) -> Result:
+def _result(case: Case, bench: Bench) -> Result:
     try:
         varied = case.variant(bench)
         asked = list(case.frames(varied))
     except NotApplicableError as error:
         return Result(case.name, case.group, NOT_APPLICABLE, str(error))
-    judge = Judge(varied, limit)
+    judge = Judge(varied)
     for ask in asked:
         judge.take(ask)
     judge.finish()
@@ -84,13 +81,3 @@ def _result(case: Case, bench: Bench, limit: float) -> Result:
         smallest_jacobian=judge.smallest_jacobian,
         farthest=judge.farthest,
     )
-
-
-def _farthest_alone(bench: Bench) -> float:
-    """Metres that any input alone moves any vertex at most."""
-    count = len(bench.lower)
-    farthest = 0.0
-    for row in np.concatenate([np.eye(count), np.diag(bench.lower)]):
-        moved = bench.evaluate(Ask(row)).vertices - bench.model.rest_vertices
-        farthest = max(farthest, float(np.linalg.norm(moved, axis=1).max()))
-    return farthest
