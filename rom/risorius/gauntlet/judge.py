@@ -76,7 +76,7 @@ class Judge:
         self.farthest = max(self.farthest, float(moved))
         self.broken["bounded"] += not moved <= FARTHEST * float(np.ptp(self.bench.model.rest_vertices, axis=0).max())
         self.broken["honest"] += frame.converged == (frame.method == "held")
-        if frame.converged:
+        if frame.converged and numbers:
             self._judge_physics(frame, ask)
 
     def _judge_physics(self, frame: Frame, ask: Ask) -> None:
