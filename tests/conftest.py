@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 
 from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
+from risorius.effects.inertia import Inertia
 from risorius.error_bound import ErrorBound
 from risorius.evaluators import PolynomialMap, Setting, Superposition
 from risorius.inputs import InputTable
@@ -67,6 +69,16 @@ def synthetic_model() -> ReducedModel:
         ),
         provenance={"anatomy": "synthetic"},
     )
+
+
+@pytest.fixture(scope="session")
+def lively_model(synthetic_model: ReducedModel) -> ReducedModel:
+    """The synthetic model with inertia: three vibrations that its coordinates push."""
+    rng = np.random.default_rng(8)
+    fields = 1e-3 * rng.normal(size=(3, len(synthetic_model.rest_vertices), 3))
+    static = rng.normal(size=(3, synthetic_model.rank))
+    inertia = Inertia(fields.astype(np.float32), np.array([1e3, 5e3, 2e4]), static, synthetic_model.lifts, 2)
+    return replace(synthetic_model, effects={"inertia": inertia})
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_DENSITY
 from risorius_offline.discretisation import Discretisation
 
 
@@ -23,9 +24,9 @@ class Medium:
     density in kg/m3, mass_damping (alpha) in 1/s, stiffness_damping (beta) in s.
     """
 
-    density: float = 1040.0
-    mass_damping: float = 19.0
-    stiffness_damping: float = 0.055
+    density: float = TISSUE_DENSITY
+    mass_damping: float = MASS_DAMPING
+    stiffness_damping: float = STIFFNESS_DAMPING
 
     def __post_init__(self) -> None:
         if not (self.density > 0 and self.mass_damping >= 0 and self.stiffness_damping >= 0):

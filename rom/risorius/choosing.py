@@ -6,7 +6,6 @@ import logging
 from collections.abc import Iterable, Sequence
 
 from risorius.budget import Budget, Offer, choose
-from risorius.effects import Effect
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
@@ -19,14 +18,13 @@ UNASKED = Budget(time=1e-3)
 _log = logging.getLogger(__name__)
 
 
-def taken(
-    model: ReducedModel, points: Sequence[OperatingPoint], budget: Budget | None, effects: Sequence[Effect] = ()
-) -> tuple[OperatingPoint, Pipeline]:
-    """Return one of the points, and what runs it with the effects on this machine.
+def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, Pipeline]:
+    """Return one of the points of a model, and what runs it with the model's effects on this machine.
 
     With a budget all are timed here and now. Without one, the times of training decide and nothing is timed, so that
     the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
     """
+    points, effects = model.points, tuple(model.effects.values())
     if budget is None or budget == Budget():
         point = points[choose(_offers(points, [point.seconds.median for point in points]), UNASKED).position]
         return point, pipelines(model, [point.setting], effects)[0]

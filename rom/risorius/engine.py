@@ -11,16 +11,15 @@ import numpy.typing as npt
 
 from risorius.budget import Budget
 from risorius.choosing import taken
-from risorius.effects import EFFECTS, Effect, Surroundings, Touch
+from risorius.effects import Surroundings, Touch
 from risorius.effects.effect import vector
 from risorius.errors import InputError
-from risorius.evaluators import Superposition
 from risorius.guard import Verdict
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
-from risorius.operating_point import OperatingPoint
 from risorius.pipeline import ALONE
+from risorius.plan import planned
 from risorius.scene import Scene
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
@@ -51,16 +50,16 @@ class Engine:
 
     point: the operating point that the budget buys on this machine; without one, the most accurate whose frames took a
     millisecond at training. A budget that none meets is not an error: the nearest is taken, and the log warns.
-    effects: names of those that the scene calls for. Raises InputError when the model has no operating point for the
-    scene, or not an effect that it asks for.
+    model: what the scene leaves of the model. vertex_numbers (n,): of its vertices in the whole model. effects: names
+    of those that the scene calls for. Raises InputError when the model has not what the scene asks for.
     """
 
     def __init__(self, model: ReducedModel, scene: Scene | None = None, budget: Budget | None = None) -> None:
-        self.model = model
         self.scene = scene or Scene()
-        wanted = self._wanted()
-        self.effects = tuple(effect.name for effect in wanted)
-        self.point, self._pipeline = taken(model, self._candidates(), budget, wanted)
+        plan = planned(model, self.scene)
+        self.model, self.vertex_numbers = plan.model, plan.vertex_numbers
+        self.point, self._pipeline = taken(self.model, budget or self.scene.budget)
+        self.effects = tuple(self.model.effects)
         for step in (1e-3, None) if "inertia" in self.effects else (None,):
             self.evaluate(step=step)  # compiles the kernels, so that the first frame is not late
 
@@ -108,30 +107,6 @@ class Engine:
             converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
         )
-
-    def _wanted(self) -> list[Effect]:
-        """Effects that the scene calls for."""
-        wanted = []
-        for name, kind in EFFECTS.items():
-            found, asked = self.model.effects.get(name), getattr(self.scene, name)
-            if asked and found is None:
-                raise InputError(
-                    f"scene: {name} is asked for, but model {self.model.name!r} is without; train it from {kind.needs}"
-                )
-            if found is not None and asked is not False:
-                wanted.append(found)
-        return wanted
-
-    def _candidates(self) -> list[OperatingPoint]:
-        """Operating points that show what the scene asks for."""
-        linear = [point for point in self.model.points if point.setting.method == Superposition.name]
-        found = list(self.model.points) if self.scene.nonlinear else linear
-        if not found or (self.scene.nonlinear and len(found) == len(linear)):
-            wanted = "that lets muscles interact" if self.scene.nonlinear else f"of {Superposition.name!r}"
-            raise InputError(
-                f"model {self.model.name!r} has no operating point {wanted}, as the scene needs; train anew"
-            )
-        return found
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:
         table = self.model.inputs

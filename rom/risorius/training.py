@@ -12,6 +12,7 @@ import numpy.typing as npt
 from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.carried_basis import CarriedBasis
+from risorius.effects import EFFECTS
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
 from risorius.evaluators.observations import Observations, Reflection
@@ -93,6 +94,7 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         colours=surface.colours,
         companions=snapshots.companions,
         watch=watch,
+        effects={name: found for name, kind in EFFECTS.items() if (found := kind.train(snapshots, fields))},
     )
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _WARNING_PERIOD_S = 5.0
 _STOP_POLL_S = 0.2
 _NAMES_SHOWN = 8
+_LONGEST_STEP_S = 0.1
 
 
 class FaceEngine(Node):
@@ -56,6 +57,7 @@ class FaceEngine(Node):
         self._engine = risorius.Engine(messages.rotated_to_rep103(model))
         self._gate = InputGate(model.inputs)
         self._weights = np.zeros(len(model.inputs.names))
+        self._stamp = Time()
         self._mesh = messages.mesh_message(len(model.rest_vertices), frame_id)
         self._vertices = messages.vertices_of(self._mesh)
         self._held = 0
@@ -97,7 +99,7 @@ class FaceEngine(Node):
         weights = self._gate.message(message.name, message.position)
         if weights is not None:
             self._weights = weights
-            self._publish(message.header.stamp)
+            self._publish(message.header.stamp, self._step(message.header.stamp))
         self._warn_of_bad_input()
 
     def _on_slider(self, name: str, value: float) -> None:
@@ -111,8 +113,14 @@ class FaceEngine(Node):
         self._publish(self.get_clock().now().to_msg())
         self._warn_of_bad_input()
 
-    def _publish(self, stamp: Time) -> None:
-        frame = self._engine.evaluate(self._weights, out=self._vertices)
+    def _step(self, stamp: Time) -> float | None:
+        """Seconds since the message before, of a stream with stamps; None where there is none that is dense enough."""
+        before, self._stamp = self._stamp, stamp
+        step = stamp.sec - before.sec + 1e-9 * (stamp.nanosec - before.nanosec)
+        return step if "inertia" in self._engine.effects and 0.0 < step <= _LONGEST_STEP_S else None
+
+    def _publish(self, stamp: Time, step: float | None = None) -> None:
+        frame = self._engine.evaluate(self._weights, step=step, out=self._vertices)
         self._held += not frame.converged
         self._mesh.header.stamp = stamp
         self._mesh_publisher.publish(self._mesh)

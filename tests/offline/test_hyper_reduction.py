@@ -17,6 +17,7 @@ from risorius.hyper_reduction.tissue import Tissue
 from risorius.hyper_reduction.wall import Walls, relaxed_barrier
 from risorius.mechanics.material import Yeoh
 from risorius.mechanics.wall import barrier
+from risorius.part import Part
 from risorius.poses import Poses
 from risorius_offline.body import body_of
 from risorius_offline.equilibrium import EquilibriumSolver
@@ -223,6 +224,9 @@ class Guess:
     def coordinates(self, parameters, out):
         out[:] = self.answer
 
+    def within(self, part):
+        return Guess(self.answer[part.modes])
+
 
 @pytest.fixture(scope="module")
 def sampled(pulled):
@@ -264,6 +268,17 @@ def test_a_good_guess_stays_and_a_bad_one_is_corrected(sampled):
     bad.coordinates(full, out)
     assert bad.doubt > body.quiet
     assert np.linalg.norm(out - truth) < 0.2 * np.linalg.norm(off - truth)
+
+
+def test_a_part_of_the_modes_is_corrected_as_in_the_whole(sampled):
+    body, truth = sampled
+    nothing, asked = np.zeros(0, np.int64), np.array([0, 2])
+    part = Part(np.array([0]), np.array([True]), nothing, asked, nothing, nothing, lift_count=0)
+    whole = CorrectedMap(Guess(truth + 20 * body.quiet), body, Poses())
+    every, some = np.empty(len(truth)), np.empty(2)
+    whole.coordinates(np.array([1.0]), every)
+    whole.within(part).coordinates(np.array([1.0]), some)
+    np.testing.assert_array_equal(some, every[asked])
 
 
 def test_a_sampled_body_comes_back_from_its_file(sampled, tmp_path):

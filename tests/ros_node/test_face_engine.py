@@ -208,3 +208,22 @@ def test_an_unknown_option_is_refused(model_file: Path) -> None:
     ended = subprocess.run(command, env=environment.of_child(), capture_output=True, text=True, timeout=PATIENCE_S)
     assert ended.returncode == 2
     assert "--prewiev" in ended.stderr
+
+
+def test_a_dense_stream_shows_inertia_and_a_lone_message_the_face_at_rest(
+    lively_model: risorius.ReducedModel, tmp_path: Path
+) -> None:
+    lively_model.save(tmp_path / "model.h5")
+    with served(tmp_path / "model.h5", log=tmp_path / "log") as node, FaceClient(engine=node.name) as client:
+        client.ask({}, PATIENCE_S)
+        time.sleep(0.2)
+        alone = client.ask({"AU12": 1.0}, PATIENCE_S)
+        time.sleep(0.2)
+        client.ask({}, PATIENCE_S)
+        stamp = client.send({"AU12": 1.0})
+        spin_until(client, lambda: client.mesh and client.mesh[0] == stamp)
+        moving = client.mesh[1]
+    rest, still = lively_model.rest_vertices, risorius.Engine(lively_model).evaluate({"AU12": 1.0}).vertices
+    np.testing.assert_allclose(messages.from_rep103(alone), still, atol=1e-6)
+    share = np.abs(messages.from_rep103(moving) - rest).max() / np.abs(still - rest).max()
+    assert share < 0.9

@@ -13,6 +13,9 @@ from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.part import Part
+from risorius.snapshot_file import SnapshotSet
+
+UPRIGHT = np.array([0.0, -9.81, 0.0])  # m/s2: y is up in every anatomy, whose shape is taken upright
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,11 @@ class Effect(Protocol):
     name: ClassVar[str]
     needs: ClassVar[str]
     fields: npt.NDArray[np.float32]
+
+    @classmethod
+    def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Effect | None:
+        """Return that of a face whose coordinates have fields (r, n, 3) on all nodes; None where `needs` is missing."""
+        ...
 
     def check(self, surroundings: Surroundings) -> None:
         """Raise InputError for what it cannot show; called for all effects before any of them changes its state."""

@@ -45,7 +45,8 @@ class PolynomialMap:
 
     def within(self, part: Part) -> PolynomialMap:
         """Return that of a part, without the monomials of parameters that it has not or that are always 0."""
-        number = np.full(int(self.exponents.max()) + 2, -1, np.int32)  # the last is that of no parameter
+        count = max(int(self.exponents.max()), int(part.parameters[-1])) + 1
+        number = np.full(count + 1, -1, np.int32)  # the last is that of no parameter
         number[part.parameters] = np.arange(len(part.parameters))
         lost = np.ones(len(number), bool)
         lost[part.parameters[part.driven]] = lost[-1] = False

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from risorius.errors import InputError
 
 TISSUE_DENSITY = 1040.0  # kg/m3 (Nazari et al. 2010)
+# Rayleigh damping of tissue, alpha in 1/s and beta in s (Flynn et al. 2015).
+MASS_DAMPING, STIFFNESS_DAMPING = 19.0, 0.055
 
 
 @dataclass(frozen=True)

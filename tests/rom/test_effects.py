@@ -1,0 +1,75 @@
+"""What scenes ask of a model's effects, and what frames are told of the world around the face."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import risorius
+from risorius.errors import InputError
+
+SMILE = {"AU12": 1.0}
+
+
+def test_a_scene_builds_the_effects_of_the_model_unless_they_are_off(lively_model, synthetic_model):
+    assert risorius.Engine(lively_model).effects == ("inertia",)
+    assert risorius.Engine(lively_model, risorius.Scene(inertia=False)).effects == ()
+    assert risorius.Engine(synthetic_model).effects == ()
+
+
+@pytest.mark.parametrize("effect", ["inertia"])
+def test_an_effect_that_the_model_lacks_is_refused_with_what_it_takes(synthetic_model, effect):
+    with pytest.raises(InputError, match=rf"scene: {effect} is asked for, but model 'synthetic' .* train it from"):
+        risorius.Engine(synthetic_model, risorius.Scene(**{effect: True}))
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ({"step": 0.01}, "step: the scene of this engine is without inertia"),
+        ({"gravity": (9.81, 0.0, 0.0)}, "gravity: the scene of this engine is without gravity"),
+        ({"touches": [risorius.Touch(3, (0.0, 0.0, 1.0))]}, "touches: the scene of this engine is without touch"),
+    ],
+)
+def test_what_no_effect_of_the_scene_shows_is_refused(synthetic_model, argument, message):
+    with pytest.raises(InputError, match=message):
+        risorius.Engine(synthetic_model).evaluate(SMILE, **argument)
+
+
+def test_a_model_with_effects_is_the_same_from_its_file(lively_model, tmp_path):
+    lively_model.save(tmp_path / "model.h5")
+    engines = [risorius.Engine(model) for model in (lively_model, risorius.load(tmp_path / "model.h5"))]
+    for step in (None, 0.01, 0.02, 0.01):
+        ours, theirs = (engine.evaluate(SMILE if step else {}, step=step).vertices for engine in engines)
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_smile_takes_its_time_and_ends_as_it_is_without_inertia(lively_model):
+    engine = risorius.Engine(lively_model)
+    rest, still = engine.evaluate({}).vertices, engine.evaluate(SMILE).vertices
+    engine.evaluate({})
+    sizes = [np.abs(engine.evaluate(SMILE, step=0.02).vertices - rest).max() for _ in range(40)]
+    assert sizes[0] < 0.5 * sizes[-1]
+    assert sizes[-1] == pytest.approx(np.abs(still - rest).max(), rel=1e-5)
+
+
+def test_a_refused_frame_leaves_the_motion_as_it_was(lively_model):
+    disturbed, calm = risorius.Engine(lively_model), risorius.Engine(lively_model)
+    for engine in (disturbed, calm):
+        engine.evaluate({})
+        engine.evaluate(SMILE, step=0.02)
+    refused = [{"step": -1.0}, {"step": 0.02, "out": np.zeros((3, 3), np.float32)}, {"gravity": (0.0, np.nan, 0.0)}]
+    for arguments in refused:
+        with pytest.raises(InputError):
+            disturbed.evaluate({"AU12": 0.2}, **arguments)
+    frames = [engine.evaluate(SMILE, step=0.02).vertices for engine in (disturbed, calm)]
+    np.testing.assert_array_equal(*frames)
+
+
+def test_vertices_in_other_axes_move_alike(lively_model):
+    order = (2, 0, 1)
+    engines = risorius.Engine(lively_model), risorius.Engine(lively_model.in_axes(order))
+    for engine in engines:
+        engine.evaluate({})
+    ours, turned = (engine.evaluate(SMILE, step=0.02).vertices for engine in engines)
+    np.testing.assert_allclose(ours[:, order], turned, atol=1e-8)
