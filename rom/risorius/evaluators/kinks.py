@@ -36,9 +36,10 @@ STEPS = 100
 
 
 def fit_kinks(observations: Observations, competition: FloatArray) -> FloatArray:
-    """Weights (p, h): [i, k] is that of variable b_i in kink k. None (h = 0) without derivatives: values tell too little.
+    """Weights (p, h): [i, k] is that of variable b_i in kink k.
 
-    On a symmetric face the second half are mirror images of the first.
+    There are none (h = 0) without derivatives: values alone tell too little. On a symmetric face the second half are
+    mirror images of the first.
     """
     count = len(competition)
     if observations.derivatives is None:

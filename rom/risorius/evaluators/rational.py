@@ -1,7 +1,8 @@
 """The learned map: products of activations that saturate in competition, and kinks of their combinations.
 
-It is fitted to snapshots and their derivatives. Terms are products first, then kinks. On a symmetric face the sum of a term and its mirror image drives the symmetric modes, their difference the others:
-half the work of one map for all modes, and half of that again where the input is symmetric.
+It is fitted to snapshots and their derivatives. Terms are products first, then kinks. On a symmetric face the sum of a
+term and its mirror image drives the symmetric modes, their difference the others: half the work of one map for all
+modes, and half of that again where the input is symmetric.
 """
 
 from __future__ import annotations
