@@ -11,7 +11,8 @@ import numpy.typing as npt
 from risorius.coarsening import coarse_surface
 from risorius.effects import EFFECTS, Effect
 from risorius.errors import InputError
-from risorius.evaluators import Superposition
+from risorius.evaluators import CorrectedMap, Superposition
+from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.inputs import InputTable, without_side
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
@@ -32,11 +33,12 @@ ACTIVE_SHARES = (0.1, 0.3, 1.0)  # of the inputs of a sample
 class Plan:
     """model: what is left of a model for a scene, with its points and effects, all of which the scene calls for.
 
-    vertex_numbers (n,): of its vertices in the whole model.
+    vertex_numbers (n,): of its vertices in the whole model. muscles: what their work is found from, where it is wanted.
     """
 
     model: ReducedModel
     vertex_numbers: Numbers
+    muscles: ReducedMuscles | None = None
 
 
 def planned(model: ReducedModel, scene: Scene) -> Plan:
@@ -44,18 +46,21 @@ def planned(model: ReducedModel, scene: Scene) -> Plan:
 
     Raises InputError for what the model has not.
     """
-    points, effects = _points(model, scene), _effects(model, scene)
+    points, effects, muscles = _points(model, scene), _effects(model, scene), _muscles(model, scene)
     methods = {point.setting.method for point in points} | {Superposition.name}
     evaluators = {name: evaluator for name, evaluator in model.evaluators.items() if name in methods}
     model = replace(model, points=points, effects=effects, evaluators=evaluators)
     table = _inputs(model, scene)
     vertices, triangles = _surface(model, scene)
     if table == model.inputs and len(vertices) == len(model.rest_vertices):
-        return Plan(model, vertices)
+        return Plan(model, vertices, muscles)
     part = _part(model, table, vertices)
-    reach = _largest_coordinates(model, table, part)[: model.rank]
-    part = part.with_modes(_excited(model, part, reach[model.lifts :]))
-    return Plan(_reduced(model, table, part, triangles, reach), vertices)
+    reach = _largest_coordinates(model, table, part)
+    if muscles is None:  # whose work takes all modes
+        part = part.with_modes(_excited(model, part, reach[model.lifts :]))
+    else:
+        muscles = muscles.within(part.parameters[: len(table.muscles)], part.coordinates)
+    return Plan(_reduced(model, table, part, triangles, reach), vertices, muscles)
 
 
 def _points(model: ReducedModel, scene: Scene) -> tuple[OperatingPoint, ...]:
@@ -75,6 +80,19 @@ def _effects(model: ReducedModel, scene: Scene) -> Mapping[str, Effect]:
             raise InputError(f"scene: {name}: model {model.name!r} is without; train it from {kind.needs}")
     wanted = [name for name in EFFECTS if name in model.effects and getattr(scene, name) is not False]
     return {name: model.effects[name] for name in wanted}
+
+
+def _muscles(model: ReducedModel, scene: Scene) -> ReducedMuscles | None:
+    """Return what the work of the muscles is found from, if it is wanted."""
+    if "effort" not in scene.outputs:
+        return None
+    corrected = model.evaluators.get(CorrectedMap.name)
+    if not isinstance(corrected, CorrectedMap):
+        raise InputError(
+            f"scene: outputs: effort: model {model.name!r} has no muscles as physics; "
+            "train it from snapshots that hold the body of the face"
+        )
+    return corrected.muscles
 
 
 def _inputs(model: ReducedModel, scene: Scene) -> InputTable:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
 from risorius.hyper_reduction.correction import Correction
+from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.hyper_reduction.sampled_body import SampledBody
 from risorius.jaw import FloatArray
 from risorius.part import Part
@@ -51,6 +52,11 @@ class CorrectedMap:
     def _correction(self) -> Correction:
         """Made for the first answer: a model holds the map whether it is run or not."""
         return self._sampled.correction()
+
+    @property
+    def muscles(self) -> ReducedMuscles:
+        """Energy of the muscles in the coordinates of the face, lifts first."""
+        return self._sampled.muscles
 
     @property
     def elements(self) -> int:

@@ -72,9 +72,8 @@ class SampledBody:
 
     def within(self, coordinates: npt.NDArray[np.int64], lifts: int, muscles: npt.NDArray[np.int64]) -> SampledBody:
         """Return the same with some muscles and coordinates, so many lifts and all modes, only; the others are 0."""
-        pull = self.muscles.pull[np.ix_(muscles, coordinates)]
-        stiffness = self.muscles.stiffness[np.ix_(muscles, coordinates, coordinates)]
-        return replace(self, fields=self.fields[coordinates], lifts=lifts, muscles=ReducedMuscles(stiffness, pull))
+        fewer = self.muscles.within(muscles, coordinates)
+        return replace(self, fields=self.fields[coordinates], lifts=lifts, muscles=fewer)
 
     def correction(self, dtype: npt.DTypeLike = np.float32) -> Correction:
         """Return what corrects coordinates; it owns its state."""
