@@ -92,8 +92,9 @@ class SnapshotSet(Face):
     """Solved snapshots of one face.
 
     parameters (s, p); kinds: part of the sampling design, of each snapshot; held_out (s,): never used for training;
-    displacements (s, n, 3); derivatives (s, p, n, 3), of the displacements by the parameters, None where they were not
-    kept; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    displacements (s, n, 3); derivatives (s, p, n, 3), of the displacements by the parameters, and by_gravity
+    (s, 3, n, 3), by m/s2 of gravity, None where they were not kept; smallest_jacobians (s,) over all quadrature points;
+    failures: what could not be solved, and why.
     """
 
     parameters: FloatArray
@@ -104,6 +105,7 @@ class SnapshotSet(Face):
     smallest_jacobians: FloatArray
     failures: tuple[str, ...]
     provenance: Mapping[str, Any]
+    by_gravity: Rows | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> SnapshotSet:
@@ -132,11 +134,8 @@ class SnapshotSet(Face):
                 kinds=tuple(samples["kind"].asstr()[()][solved]),
                 held_out=samples["held_out"][()][solved],
                 displacements=StoredRows(path, "displacements", solved, samples["displacements"].shape[1:]),
-                derivatives=(
-                    StoredRows(path, "derivatives", solved, samples["derivatives"].shape[1:])
-                    if "derivatives" in samples
-                    else None
-                ),
+                derivatives=_rows_where_kept(path, samples, "derivatives", solved),
+                by_gravity=_rows_where_kept(path, samples, "by_gravity", solved),
                 smallest_jacobians=samples["report"]["smallest_jacobian"][solved],
                 failures=tuple(samples["failure"].asstr()[()][failed]),
                 provenance=json.loads(file.attrs["provenance"]),
@@ -174,6 +173,10 @@ class StoredRows:
                         f"{self.path}: {self.field} of snapshot {row} are damaged ({error}); solve the snapshots anew"
                     ) from error
         return result.reshape(*wanted.shape, *self.each)
+
+
+def _rows_where_kept(path: Path, samples: h5py.Group, field: str, rows: npt.NDArray[np.int64]) -> StoredRows | None:
+    return StoredRows(path, field, rows, samples[field].shape[1:]) if field in samples else None
 
 
 def stored_settings(path: Path) -> Mapping[str, Any]:

@@ -30,7 +30,7 @@ from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body
 from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_DENSITY
-from risorius.mechanics.stiffness import passive_stiffness
+from risorius.mechanics.stiffness import stiffness
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
 
@@ -143,8 +143,8 @@ def vibration_modes(body: Body, nodal_volumes: FloatArray) -> tuple[FloatArray, 
     """
     free = np.flatnonzero(~np.repeat(body.prescribed, 3))
     scale = 1.0 / np.sqrt(np.repeat(TISSUE_DENSITY * nodal_volumes, 3)[free])
-    stiffness = passive_stiffness(body, len(nodal_volumes))[free][:, free]
-    scaled = (sp.diags_array(scale) @ stiffness @ sp.diags_array(scale)).tocsc()
+    at_rest = stiffness(body, np.zeros((len(nodal_volumes), 3)), np.zeros(body.active.shape[1]))[free][:, free]
+    scaled = (sp.diags_array(scale) @ at_rest @ sp.diags_array(scale)).tocsc()
     count = min(MODES, len(free) - 1)
     start = np.random.default_rng(0).normal(size=len(free))  # the same modes at every training
     squares, vectors = spla.eigsh(scaled, count, sigma=0.0, v0=start)
