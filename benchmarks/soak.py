@@ -27,7 +27,7 @@ from risorius.stream import InputGate
 STEPS = (1e-4, 1e-3, 1.0 / 60.0, 0.1)
 SHARES = (0.05, 0.1, 0.3, 1.0)
 WARM_UP = 2000
-JUDGED_EVERY = 10  # frames are judged from outside; all of them by their flags
+JUDGED_EVERY = 50  # frames are judged from outside; all of them by their flags
 MOST_GROWTH, MOST_DRIFT = 5e6, 0.1  # bytes, of the time of a frame
 BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1.0 + 1e-9, 5e-324, -0.0)
 
@@ -63,10 +63,8 @@ def run(bench: Bench, judge: Judge, gate: InputGate, stream: Iterator[Ask], inpu
             seconds[number] = time.process_time() - begin
             methods[method] += 1
         medians.append(float(np.median(seconds)))
-        print(
-            f"{(part + 1) * tenth} frames, median {1e6 * medians[-1]:.1f} us, memory +{(memory() - before) / 1e6:.2f} MB"
-        )
-        sys.stdout.flush()
+        more = (memory() - before) / 1e6
+        print(f"{(part + 1) * tenth} frames, median {1e6 * medians[-1]:.1f} us, memory +{more:.2f} MB", flush=True)
     grown = memory() - before
     judge.finish()
     drift = medians[-1] / medians[0] - 1.0
