@@ -184,10 +184,13 @@ def _samples(table: InputTable) -> FloatArray:
 
 
 def _excited(model: ReducedModel, part: Part, reach: FloatArray) -> Numbers:
-    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE."""
-    fields = model.carried_basis.fields[model.lifts :, part.carriers]
-    moved = reach[:, None] * np.linalg.norm(fields, axis=2)
-    weights = abs(model.carried_basis.weights[part.vertices][:, part.carriers])
+    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE.
+
+    With effects no vertex at all: they feel how the whole face moves.
+    """
+    moved = reach[:, None] * np.linalg.norm(model.carried_basis.fields[model.lifts :], axis=2)
+    weights = abs(model.carried_basis.weights)
+    weights = weights if model.effects else weights[part.vertices]
     order = np.argsort(moved.max(axis=1, initial=0.0), kind="stable")
     together, kept = np.zeros(moved.shape[1]), np.ones(len(moved), bool)
     for mode in order[order > 0]:
