@@ -188,14 +188,14 @@ def _excited(model: ReducedModel, part: Part, reach: FloatArray) -> Numbers:
 
     With effects no vertex at all: they feel how the whole face moves.
     """
-    moved = reach[:, None] * np.linalg.norm(model.carried_basis.fields[model.lifts :], axis=2)
     weights = abs(model.carried_basis.weights)
-    weights = weights if model.effects else weights[part.vertices]
-    order = np.argsort(moved.max(axis=1, initial=0.0), kind="stable")
+    sizes = np.linalg.norm(model.carried_basis.fields[model.lifts :], axis=2)
+    moved = reach[:, None] * ((weights if model.effects else weights[part.vertices]) @ sizes.T).T
+    order = np.argsort(moved.max(axis=1), kind="stable")
     together, kept = np.zeros(moved.shape[1]), np.ones(len(moved), bool)
     for mode in order[order > 0]:
         together += moved[mode]
-        if (weights @ together).max() > TOLERANCE:
+        if together.max() > TOLERANCE:
             break
         kept[mode] = False
     return np.flatnonzero(kept)
