@@ -184,15 +184,18 @@ def _samples(table: InputTable) -> FloatArray:
 
 
 def _excited(model: ReducedModel, part: Part, reach: FloatArray) -> Numbers:
-    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE."""
-    fields = model.carried_basis.fields[model.lifts :, part.carriers]
-    moved = reach[:, None] * np.linalg.norm(fields, axis=2)
-    weights = abs(model.carried_basis.weights[part.vertices][:, part.carriers])
-    order = np.argsort(moved.max(axis=1, initial=0.0), kind="stable")
+    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE.
+
+    With effects no vertex at all: they feel how the whole face moves.
+    """
+    weights = abs(model.carried_basis.weights)
+    sizes = np.linalg.norm(model.carried_basis.fields[model.lifts :], axis=2)
+    moved = reach[:, None] * ((weights if model.effects else weights[part.vertices]) @ sizes.T).T
+    order = np.argsort(moved.max(axis=1), kind="stable")
     together, kept = np.zeros(moved.shape[1]), np.ones(len(moved), bool)
     for mode in order[order > 0]:
         together += moved[mode]
-        if (weights @ together).max() > TOLERANCE:
+        if together.max() > TOLERANCE:
             break
         kept[mode] = False
     return np.flatnonzero(kept)
