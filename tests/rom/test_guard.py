@@ -166,7 +166,7 @@ def test_a_watch_comes_back_from_the_file(watched_model, tmp_path):
 
 
 def test_a_part_watches_what_its_inputs_squeeze_and_its_coordinates_tell():
-    """Points squeezed by the first coordinate; by the last, which is lost; by the first and a little of the last; not."""
+    """Points are squeezed by the first coordinate; by the last, which is lost; by both, the last a little; by none."""
     gradients = np.zeros((3, 4, 9), np.float32)
     gradients[0, [0, 2, 3], 0] = -1.0, -1.0, -0.1
     gradients[2, [1, 2], 0] = -1.0, -0.01
