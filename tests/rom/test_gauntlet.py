@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from risorius import commands
 from risorius.cli import app
+from risorius.effects.inertia import Inertia
 from risorius.gauntlet import all_cases, run
 from risorius.gauntlet.full_model import HardSolved, as_result
 from risorius.gauntlet.run import FAILED, NOT_APPLICABLE, PASSED
@@ -61,6 +62,26 @@ def broken(model, group):
 def test_folded_frames_fail_without_the_guard(watched_model, monkeypatch):
     monkeypatch.setattr(Guard, "settle", lambda guard, coordinates: Verdict.GOOD)
     assert broken(watched_model, "extremes") == {"unfolded"}
+
+
+class Growing(Inertia):
+    """Vibration that is pushed by nothing, and grows."""
+
+    def respond(self, parameters, coordinates, own, surroundings):
+        super().respond(parameters, coordinates, own, surroundings)
+        self._speed += 1e-3
+
+    def at(self, setting):
+        return Growing(self.fields, self._squares, self._static, self._lifts, self._muscles)
+
+
+@pytest.mark.parametrize(("kind", "verdicts"), [(Inertia, set()), (Growing, {"energy"})])
+def test_motion_that_gains_energy_fails(synthetic_model, kind, verdicts):
+    rng = np.random.default_rng(0)
+    fields = 1e-4 * rng.normal(size=(4, len(synthetic_model.rest_vertices), 3)).astype(np.float32)
+    static = 1e-2 * rng.normal(size=(4, synthetic_model.rank))
+    inertia = kind(fields, np.array([2e2, 1e3, 1e4, 1e5]), static, synthetic_model.lifts, 2)
+    assert broken(replace(synthetic_model, effects={"inertia": inertia}), "inertia") == verdicts
 
 
 class Exploding:

@@ -102,6 +102,12 @@ class Inertia:
         self._before[:] = self._now
         np.subtract(self._place, self._now, out=own)
 
+    @property
+    def energy(self) -> float:
+        """Joules in the modes: of their speed, and of their distance from rest under the present loads."""
+        own = self._place - self._now
+        return 0.5 * float(self._speed @ self._speed + self._squares @ (own * own))
+
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Do nothing: vertices follow the coordinates."""
 

@@ -21,10 +21,12 @@ VERDICTS = {
     "honest": "a frame that was held says so",
     "unfolded": "no converged frame has J <= 0 at a watched point",
     "residual": "no converged frame that physics corrected has a longer residual than the map's answer",
+    "energy": "what nothing pushes any more never gains energy of motion",
     "recovers": "the frame after the case is the face at rest",
 }
 FARTHEST = 0.5  # of the longest side of the face
 SAME = 1e-6  # metres
+ROUNDING = 1e-12  # joules
 FAILURES = (Error, ArithmeticError, ValueError, TypeError, LookupError)
 
 
@@ -33,7 +35,7 @@ class Judge:
     """Asks the engine of a bench and counts what does not hold, by verdict.
 
     smallest_jacobian: of converged frames; None without watched points.
-    farthest: metres that a vertex has moved at most.
+    farthest: metres that a vertex has moved at most. energy: joules of motion in the last frame.
     """
 
     bench: Bench
@@ -44,6 +46,7 @@ class Judge:
     held: int = 0
     smallest_jacobian: float | None = None
     farthest: float = 0.0
+    energy: float = 0.0
 
     def take(self, ask: Ask) -> None:
         """Ask the engine, and judge what it answers."""
@@ -76,6 +79,8 @@ class Judge:
         self.farthest = max(self.farthest, float(moved))
         self.broken["bounded"] += not moved <= FARTHEST * float(np.ptp(self.bench.model.rest_vertices, axis=0).max())
         self.broken["honest"] += frame.converged == (frame.method == "held")
+        before, self.energy = self.energy, self.bench.engine.energy
+        self.broken["energy"] += ask.free and not self.energy <= before + ROUNDING
         if frame.converged and numbers:
             self._judge_physics(frame, ask)
 
