@@ -16,6 +16,7 @@ import pytest
 
 from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
+from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
 from risorius.error_bound import ErrorBound
 from risorius.evaluators import PolynomialMap, Setting, Superposition
@@ -73,12 +74,15 @@ def synthetic_model() -> ReducedModel:
 
 @pytest.fixture(scope="session")
 def lively_model(synthetic_model: ReducedModel) -> ReducedModel:
-    """The synthetic model with inertia: three vibrations that its coordinates push."""
+    """The synthetic model with inertia, three vibrations that its coordinates push, and gravity."""
     rng = np.random.default_rng(8)
     fields = 1e-3 * rng.normal(size=(3, len(synthetic_model.rest_vertices), 3))
     static = rng.normal(size=(3, synthetic_model.rank))
     inertia = Inertia(fields.astype(np.float32), np.array([1e3, 5e3, 2e4]), static, synthetic_model.lifts, 2)
-    return replace(synthetic_model, effects={"inertia": inertia})
+    sagging = 1e-3 * rng.normal(size=(2, len(synthetic_model.rest_vertices), 3))
+    states, weights = np.eye(5)[:2], 0.02 * rng.normal(size=(2, 6))
+    gravity = Gravity(sagging.astype(np.float32), states, 1.0, 0.1 * rng.normal(size=(3, 2)), weights)
+    return replace(synthetic_model, effects={"inertia": inertia, "gravity": gravity})
 
 
 @pytest.fixture(scope="session")

@@ -84,6 +84,11 @@ class Engine:
         """(m, 3) vertex numbers, counter-clockwise seen from outside."""
         return self.model.triangles
 
+    @property
+    def energy(self) -> float:
+        """Joules of tissue that moves in the last frame; 0 without inertia."""
+        return self._pipeline.energy
+
     def evaluate(
         self,
         weights: Weights | None = None,

@@ -47,7 +47,7 @@ class Scene(BaseModel):
         """Read a scene from YAML. Raises InputError that names file, field and value for anything but one."""
         path = Path(path)
         if not path.is_file():
-            raise InputError(f"{path}: no such file; `risorius scene show` prints a scene to start from")
+            raise InputError(f"{path}: no such file; `risorius scene show MODEL` prints a scene to start from")
         try:
             content = yaml.safe_load(path.read_text(encoding="utf-8"))
         except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -68,9 +68,9 @@ class Scene(BaseModel):
         with replaced_when_complete(Path(path)) as partial:
             partial.write_text(self.yaml(), encoding="utf-8")
 
-    def yaml(self) -> str:
-        """Text of the scene in YAML, only what differs from `Scene()`."""
-        fields = self.model_dump(mode="json", exclude_defaults=True)
+    def yaml(self, *, every_field: bool = False) -> str:
+        """Text of the scene in YAML, only what differs from `Scene()` unless every field is asked for."""
+        fields = self.model_dump(mode="json", exclude_defaults=not every_field)
         return yaml.safe_dump(fields, sort_keys=False, default_flow_style=None) if fields else "{}\n"
 
 

@@ -12,14 +12,14 @@ SMILE = {"AU12": 1.0}
 
 
 def test_a_scene_builds_the_effects_of_the_model_unless_they_are_off(lively_model, synthetic_model):
-    assert risorius.Engine(lively_model).effects == ("inertia",)
-    assert risorius.Engine(lively_model, risorius.Scene(inertia=False)).effects == ()
+    assert risorius.Engine(lively_model).effects == ("inertia", "gravity")
+    assert risorius.Engine(lively_model, risorius.Scene(inertia=False)).effects == ("gravity",)
     assert risorius.Engine(synthetic_model).effects == ()
 
 
-@pytest.mark.parametrize("effect", ["inertia"])
+@pytest.mark.parametrize("effect", ["inertia", "gravity"])
 def test_an_effect_that_the_model_lacks_is_refused_with_what_it_takes(synthetic_model, effect):
-    with pytest.raises(InputError, match=rf"scene: {effect} is asked for, but model 'synthetic' .* train it from"):
+    with pytest.raises(InputError, match=rf"scene: {effect}: model 'synthetic' is without; train it from"):
         risorius.Engine(synthetic_model, risorius.Scene(**{effect: True}))
 
 
@@ -40,7 +40,8 @@ def test_a_model_with_effects_is_the_same_from_its_file(lively_model, tmp_path):
     lively_model.save(tmp_path / "model.h5")
     engines = [risorius.Engine(model) for model in (lively_model, risorius.load(tmp_path / "model.h5"))]
     for step in (None, 0.01, 0.02, 0.01):
-        ours, theirs = (engine.evaluate(SMILE if step else {}, step=step).vertices for engine in engines)
+        arguments = {"step": step, "gravity": (0.0, 0.0, -9.81)}
+        ours, theirs = (engine.evaluate(SMILE if step else {}, **arguments).vertices for engine in engines)
         np.testing.assert_array_equal(ours, theirs)
 
 
@@ -71,5 +72,16 @@ def test_vertices_in_other_axes_move_alike(lively_model):
     engines = risorius.Engine(lively_model), risorius.Engine(lively_model.in_axes(order))
     for engine in engines:
         engine.evaluate({})
-    ours, turned = (engine.evaluate(SMILE, step=0.02).vertices for engine in engines)
+    ours, turned = (engine.evaluate(SMILE, step=0.02, gravity=(3.0, 0.0, -9.0)).vertices for engine in engines)
     np.testing.assert_allclose(ours[:, order], turned, atol=1e-8)
+
+
+def test_a_head_that_lies_down_sags_with_the_lag_of_its_tissue(lively_model):
+    lying = {"gravity": (0.0, 0.0, -9.81)}
+    engine, without = risorius.Engine(lively_model), risorius.Engine(lively_model, risorius.Scene(inertia=False))
+    upright, still = (without.evaluate(SMILE, **arguments).vertices for arguments in ({}, lying))
+    assert np.abs(still - upright).max() > 1e-4
+    engine.evaluate(SMILE)
+    sagging = [engine.evaluate(SMILE, step=0.02, **lying).vertices for _ in range(40)]
+    assert np.abs(sagging[0] - upright).max() < 0.5 * np.abs(still - upright).max()
+    np.testing.assert_allclose(sagging[-1], still, atol=1e-7)
