@@ -85,7 +85,7 @@ def _already_solved(run: Run) -> int:
 
 def _stored_bytes(solved: Solved) -> int:
     """Bytes after the filters of the store: bytes shuffled by significance, then deflated."""
-    fields = (solved.displacement, solved.derivatives)
+    fields = (solved.displacement, solved.derivatives, solved.by_gravity)
     return sum(len(_deflated(field)) for field in fields if field is not None)
 
 

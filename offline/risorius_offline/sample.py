@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from risorius.jaw import FloatArray
 from risorius.snapshot_store import REPORT, Solved
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.newton import SolverReport
-from risorius_offline.sensitivities import sensitivities
+from risorius_offline.sensitivities import gravity_sensitivities, sensitivities
 
 # Of the last attempt: as many load steps from rest at least, each of which may still be halved.
 SMALL_STEPS = 8
@@ -46,7 +46,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class SampleSolver:
-    """Solves samples; derivatives: whether to find those of the displacement as well."""
+    """Solves samples; derivatives: whether to find those of the displacement as well, by parameters and gravity."""
 
     solver: EquilibriumSolver
     derivatives: bool
@@ -69,7 +69,7 @@ class SampleSolver:
             try:
                 solved = self._solved(attempt())
                 report = {**solved.report, "attempts": attempts, "seconds": time.thread_time() - begun}
-                return Outcome(parameters, Solved(solved.displacement, solved.derivatives, report), report)
+                return Outcome(parameters, replace(solved, report=report), report)
             except (SolverError, np.linalg.LinAlgError, MemoryError) as error:
                 failure = str(error) or type(error).__name__
         return Outcome(parameters, None, {"attempts": attempts, "seconds": time.thread_time() - begun}, failure)
@@ -93,8 +93,11 @@ class SampleSolver:
         return state
 
     def _solved(self, found: Equilibrium) -> Solved:
-        derivatives = sensitivities(self.solver.model, found).astype(np.float32) if self.derivatives else None
-        return Solved(found.u.astype(np.float32), derivatives, _entries(found.report))
+        displacement, report = found.u.astype(np.float32), _entries(found.report)
+        if not self.derivatives:
+            return Solved(displacement, None, report)
+        by_parameters, by_gravity = (find(self.solver.model, found) for find in (sensitivities, gravity_sensitivities))
+        return Solved(displacement, by_parameters.astype(np.float32), report, by_gravity.astype(np.float32))
 
 
 def _entries(report: SolverReport) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Derivatives of an equilibrium by its parameters, muscle activations and pose weights, from the factorised tangent.
+"""Derivatives of an equilibrium by its parameters and by gravity, from the factorised tangent.
 
 With f(u, p) = 0 on the free components, K du/dp = -df/dp, where df/dp holds the free components and lets the bones
 and lids follow the pose.
@@ -10,6 +10,7 @@ import numpy as np
 
 from risorius.errors import SolverError
 from risorius.jaw import FloatArray
+from risorius.mechanics.material import TISSUE_DENSITY
 from risorius_offline.equilibrium import Equilibrium
 from risorius_offline.full_model import FullModel
 from risorius_offline.linear_solver import NotPositiveDefiniteError
@@ -25,9 +26,7 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
     Raises SolverError when the tangent is not positive definite there: the equilibrium is not stable.
     """
     parameters, u = equilibrium.parameters, equilibrium.u
-    model.set_parameters(parameters)
-    if model.factorised_for is not equilibrium:
-        _factorise(model, u)
+    _factorise(model, equilibrium)
     result = np.zeros((len(parameters), *u.shape))
     forces = np.empty((len(parameters), u.size))
     forces[: model.muscle_count] = model.muscle_forces(u).T
@@ -39,11 +38,29 @@ def sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
     return result
 
 
-def _factorise(model: FullModel, u: FloatArray) -> None:
+def gravity_sensitivities(model: FullModel, equilibrium: Equilibrium) -> FloatArray:
+    """du/dg (3, n, 3) in metres per m/s2 of gravity along x, y and z, at one solve with three right-hand sides.
+
+    Factors and errors are as in `sensitivities`.
+    """
+    _factorise(model, equilibrium)
+    weights = np.zeros((len(equilibrium.u), 3, 3))
+    weights[:, range(3), range(3)] = TISSUE_DENSITY * model.discretisation.consistent_volumes[:, None]
+    result = np.zeros((3, equilibrium.u.size))
+    result[:, model.free] = model.solve(np.ascontiguousarray(weights.reshape(-1, 3)[model.free])).T
+    return result.reshape(3, -1, 3)
+
+
+def _factorise(model: FullModel, equilibrium: Equilibrium) -> None:
+    """Have the model hold the factors of the tangent at an equilibrium, and act with its parameters."""
+    model.set_parameters(equilibrium.parameters)
+    if model.factorised_for is equilibrium:
+        return
     try:
-        model.factorise(*model.tangent(u))
+        model.factorise(*model.tangent(equilibrium.u))
     except NotPositiveDefiniteError as error:
         raise SolverError("the equilibrium is not stable: its tangent is not positive definite") from error
+    model.factorised_for = equilibrium
 
 
 def _by_pose_weight(

@@ -13,14 +13,17 @@ from risorius.budget import Budget
 from risorius.choosing import taken
 from risorius.effects import Surroundings, Touch
 from risorius.effects.effect import vector
+from risorius.effort import Effort
 from risorius.errors import InputError
 from risorius.guard import Verdict
 from risorius.inputs import Weight
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
+from risorius.normals import vertex_normals
 from risorius.pipeline import ALONE
 from risorius.plan import planned
 from risorius.scene import Scene
+from risorius.strain import SurfaceStrain
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
 _METHOD = {Verdict.GOOD: "{}", Verdict.MENDED: "{}, mended", Verdict.HELD: "held"}
@@ -34,7 +37,8 @@ class Frame:
     the vertex error against the full model, calibrated to hold on 95 % of held-out snapshots; infinite where nothing is
     known. method: the evaluator that answered, followed by ", mended" where tissue would have folded and was changed as
     little as that takes; or "held": nothing could be answered, and the frame is the last good state. converged: False
-    for that. elapsed: seconds.
+    for that. elapsed: seconds. Where the scene wants them: normals (n, 3), of unit length; strain (m, 2) of the
+    triangles, principal Green-Lagrange in their plane, the larger first; effort (muscles,), joules that each gives off.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -43,6 +47,9 @@ class Frame:
     method: str
     converged: bool
     elapsed: float
+    normals: npt.NDArray[np.float32] | None = None
+    strain: npt.NDArray[np.float32] | None = None
+    effort: FloatArray | None = None
 
 
 class Engine:
@@ -58,6 +65,10 @@ class Engine:
         self.scene = scene or Scene()
         plan = planned(model, self.scene)
         self.model, self.vertex_numbers = plan.model, plan.vertex_numbers
+        outputs = self.scene.outputs
+        self._normals = "normals" in outputs
+        self._strain = SurfaceStrain(self.model.rest_vertices, self.triangles) if "strain" in outputs else None
+        self._effort = None if plan.muscles is None else Effort(plan.muscles)
         self.point, self._pipeline = taken(self.model, budget or self.scene.budget)
         self.effects = tuple(self.model.effects)
         for step in (1e-3, None) if "inertia" in self.effects else (None,):
@@ -72,6 +83,11 @@ class Engine:
     def triangles(self) -> npt.NDArray[np.int32]:
         """(m, 3) vertex numbers, counter-clockwise seen from outside."""
         return self.model.triangles
+
+    @property
+    def energy(self) -> float:
+        """Joules of tissue that moves in the last frame; 0 without inertia."""
+        return self._pipeline.energy
 
     def evaluate(
         self,
@@ -99,6 +115,12 @@ class Engine:
         indicators = self._pipeline.solve(parameters, surroundings)
         self._pipeline.write(vertices)
         verdict = self._pipeline.verdict
+        normals = vertex_normals(vertices, self.triangles) if self._normals else None
+        strain = None if self._strain is None else self._strain.of(vertices)
+        effort = None
+        if self._effort is not None:
+            activations = self._pipeline.parameters[: len(self.model.inputs.muscles)]
+            effort = self._effort.of(activations, self._pipeline.coordinates[: self.model.rank])
         return Frame(
             vertices=vertices,
             coordinates=self._pipeline.coordinates.copy(),
@@ -106,6 +128,9 @@ class Engine:
             method=_METHOD[verdict].format(self.point.setting.method),
             converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
+            normals=normals,
+            strain=strain,
+            effort=effort,
         )
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:

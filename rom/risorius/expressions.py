@@ -39,14 +39,14 @@ EMOTIONS: tuple[Expression, ...] = (
     Expression("surprise", action_units("1+2+5B+26")),
     Expression("sadness", action_units("1E+4B+15")),
     Expression("anger", action_units("4E+5B+7D+17C+24E")),
-    Expression("fear", action_units("1E+2D+4B+5E+7A+20E+26B")),
+    Expression("fear", action_units("1E+2C+4A+5E+7B+20E+21D+25D+26C")),
     Expression("disgust", action_units("9+15+16")),
 )
 """Prototypical emotions.
 
 Units: EMFACS-7, Emotional Facial Action Coding System, W. V. Friesen and P. Ekman, 1983; anger in its closed-mouth form
-with 17 and 24: FACS Investigator's Guide, P. Ekman, W. V. Friesen and J. C. Hager, 2002. Intensities other than that of
-surprise are ours.
+with 17 and 24, and 25 in fear, whose lips are parted: FACS Investigator's Guide, P. Ekman, W. V. Friesen and J. C.
+Hager, 2002; FACS 2002 gives 20 platysma beside risorius, here 21. Intensities other than that of surprise are ours.
 """
 
 _PARTS = ("orbicularis_oris_marginalis", "orbicularis_oris_peripheralis")

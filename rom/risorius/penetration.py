@@ -9,9 +9,9 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from risorius.closest_point import closest_point
 from risorius.companion import JAW, Companion
 from risorius.contact_geometry import ContactGeometry, Obstacle
-from risorius.closest_point import closest_point
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
 from risorius.poses import Poses
@@ -76,7 +76,9 @@ class PenetrationMeasure:
         return depths
 
 
-def _seen_from(obstacle: Obstacle, poses: Poses, points: FloatArray, coordinates: FloatArray) -> FloatArray:
+def _seen_from(
+    obstacle: Obstacle, poses: Poses, points: FloatArray, coordinates: npt.NDArray[np.floating]
+) -> FloatArray:
     """Where points (n, 3) are as seen from an obstacle at rest."""
     if obstacle.moves_with != JAW:
         return points

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.effects import Effect, Surroundings
+from risorius.effects.inertia import Inertia
 from risorius.error_bound import indicate
 from risorius.evaluators import Setting, Superposition
 from risorius.guard import Guard, Verdict
@@ -24,6 +25,7 @@ FARTHEST = 2.0  # times the largest coordinate of a vertex at rest: no effect ta
 class Pipeline:
     """Evaluates a model as a setting has it, without allocating anything. Not thread-safe: it owns its buffers.
 
+    parameters: (p,) that the face was evaluated at, which effects may have changed from those that were asked for.
     coordinates: (r,) of the model, zero for modes that the setting does without, then those of the effects' own.
     verdict: of the guard, on the last frame. moved: metres, how far at most the guard has put any vertex from where the
     evaluator and the effects would have; infinite where these gave nothing.
@@ -44,7 +46,7 @@ class Pipeline:
         self._linear_part = self._modal if linear else np.zeros(setting.rank)
         self._middle = setting.middle
         self._surface = surface
-        self._parameters = np.zeros(len(model.inputs.parameters))
+        self.parameters = np.zeros(len(model.inputs.parameters))
         self._setting, self._at_rest = setting, effects
         self._effects = [effect.at(setting) for effect in effects]
         self._own = np.split(self._used[self._face :], np.cumsum(own)[:-1]) if own else []
@@ -61,7 +63,7 @@ class Pipeline:
 
     def solve(self, parameters: FloatArray, surroundings: Surroundings = ALONE) -> tuple[float, ...]:
         """Set the coordinates of parameters (p,). Returns the indicators of the error bound."""
-        driven = self._parameters
+        driven = self.parameters
         driven[:] = parameters
         for effect in self._effects:
             surroundings = effect.drive(driven, surroundings)
@@ -75,6 +77,11 @@ class Pipeline:
         self._settle()
         self._tell()
         return indicators
+
+    @property
+    def energy(self) -> float:
+        """Joules of what moves; 0 without inertia."""
+        return sum(effect.energy for effect in self._effects if isinstance(effect, Inertia))
 
     def write(self, out: npt.NDArray[np.float32]) -> None:
         """Write the vertices (n, 3) into contiguous `out`; without the effects' share where that would explode."""

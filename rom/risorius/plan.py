@@ -11,7 +11,8 @@ import numpy.typing as npt
 from risorius.coarsening import coarse_surface
 from risorius.effects import EFFECTS, Effect
 from risorius.errors import InputError
-from risorius.evaluators import Superposition
+from risorius.evaluators import CorrectedMap, Superposition
+from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.inputs import InputTable, without_side
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
@@ -32,11 +33,12 @@ ACTIVE_SHARES = (0.1, 0.3, 1.0)  # of the inputs of a sample
 class Plan:
     """model: what is left of a model for a scene, with its points and effects, all of which the scene calls for.
 
-    vertex_numbers (n,): of its vertices in the whole model.
+    vertex_numbers (n,): of its vertices in the whole model. muscles: what their work is found from, where it is wanted.
     """
 
     model: ReducedModel
     vertex_numbers: Numbers
+    muscles: ReducedMuscles | None = None
 
 
 def planned(model: ReducedModel, scene: Scene) -> Plan:
@@ -44,18 +46,21 @@ def planned(model: ReducedModel, scene: Scene) -> Plan:
 
     Raises InputError for what the model has not.
     """
-    points, effects = _points(model, scene), _effects(model, scene)
+    points, effects, muscles = _points(model, scene), _effects(model, scene), _muscles(model, scene)
     methods = {point.setting.method for point in points} | {Superposition.name}
     evaluators = {name: evaluator for name, evaluator in model.evaluators.items() if name in methods}
     model = replace(model, points=points, effects=effects, evaluators=evaluators)
     table = _inputs(model, scene)
     vertices, triangles = _surface(model, scene)
     if table == model.inputs and len(vertices) == len(model.rest_vertices):
-        return Plan(model, vertices)
+        return Plan(model, vertices, muscles)
     part = _part(model, table, vertices)
-    reach = _largest_coordinates(model, table, part)[: model.rank]
-    part = part.with_modes(_excited(model, part, reach[model.lifts :]))
-    return Plan(_reduced(model, table, part, triangles, reach), vertices)
+    states = _states(model, table, part)
+    if muscles is None:  # whose work takes all modes
+        part = part.with_modes(_excited(model, part, np.abs(states[:, model.lifts :]).max(axis=0)))
+    else:
+        muscles = muscles.within(part.parameters[: len(table.muscles)], part.coordinates)
+    return Plan(_reduced(model, table, part, triangles, states), vertices, muscles)
 
 
 def _points(model: ReducedModel, scene: Scene) -> tuple[OperatingPoint, ...]:
@@ -75,6 +80,19 @@ def _effects(model: ReducedModel, scene: Scene) -> Mapping[str, Effect]:
             raise InputError(f"scene: {name}: model {model.name!r} is without; train it from {kind.needs}")
     wanted = [name for name in EFFECTS if name in model.effects and getattr(scene, name) is not False]
     return {name: model.effects[name] for name in wanted}
+
+
+def _muscles(model: ReducedModel, scene: Scene) -> ReducedMuscles | None:
+    """Return what the work of the muscles is found from, if it is wanted."""
+    if "effort" not in scene.outputs:
+        return None
+    corrected = model.evaluators.get(CorrectedMap.name)
+    if not isinstance(corrected, CorrectedMap):
+        raise InputError(
+            f"scene: outputs: effort: model {model.name!r} has no muscles as physics; "
+            "train it from snapshots that hold the body of the face"
+        )
+    return corrected.muscles
 
 
 def _inputs(model: ReducedModel, scene: Scene) -> InputTable:
@@ -139,18 +157,18 @@ def _part(model: ReducedModel, table: InputTable, vertices: Numbers) -> Part:
     )
 
 
-def _largest_coordinates(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
-    """Size (r,) of the largest coordinates that the inputs bring about, with every evaluator of the points."""
+def _states(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
+    """Coordinates (s, r) that samples of the inputs bring about, with every evaluator of the points."""
     settings = {point.setting.method: point.setting for point in sorted(model.points, key=lambda one: one.setting.rank)}
     ways = pipelines(model, settings.values(), tuple(model.effects.values()))
-    largest = np.zeros(model.rank)
+    states = []
     for drawn in _samples(table):
         parameters = np.zeros(len(model.inputs.parameters))
         parameters[part.parameters] = drawn
         for way in ways:
             way.solve(parameters)
-            np.maximum(largest, np.abs(way.coordinates[: model.rank]), out=largest)
-    return largest
+            states.append(way.coordinates[: model.rank].copy())
+    return np.array(states)
 
 
 def _samples(table: InputTable) -> FloatArray:
@@ -166,26 +184,27 @@ def _samples(table: InputTable) -> FloatArray:
 
 
 def _excited(model: ReducedModel, part: Part, reach: FloatArray) -> Numbers:
-    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE."""
-    fields = model.carried_basis.fields[model.lifts :, part.carriers]
-    moved = reach[:, None] * np.linalg.norm(fields, axis=2)
-    weights = abs(model.carried_basis.weights[part.vertices][:, part.carriers])
-    order = np.argsort(moved.max(axis=1, initial=0.0), kind="stable")
+    """Modes, never none, without those of all (r,) that together move no kept vertex by more than TOLERANCE.
+
+    With effects no vertex at all: they feel how the whole face moves.
+    """
+    weights = abs(model.carried_basis.weights)
+    sizes = np.linalg.norm(model.carried_basis.fields[model.lifts :], axis=2)
+    moved = reach[:, None] * ((weights if model.effects else weights[part.vertices]) @ sizes.T).T
+    order = np.argsort(moved.max(axis=1), kind="stable")
     together, kept = np.zeros(moved.shape[1]), np.ones(len(moved), bool)
     for mode in order[order > 0]:
         together += moved[mode]
-        if (weights @ together).max() > TOLERANCE:
+        if together.max() > TOLERANCE:
             break
         kept[mode] = False
     return np.flatnonzero(kept)
 
 
 def _reduced(
-    model: ReducedModel, table: InputTable, part: Part, triangles: npt.NDArray[np.int32], reach: FloatArray
+    model: ReducedModel, table: InputTable, part: Part, triangles: npt.NDArray[np.int32], states: FloatArray
 ) -> ReducedModel:
     """Return what a part is, with triangles of its own."""
-    lost = np.ones(model.rank, bool)
-    lost[part.coordinates] = False
     return replace(
         model,
         inputs=table,
@@ -197,5 +216,5 @@ def _reduced(
         points=tuple(replace(point, setting=point.setting.within(part)) for point in model.points),
         colours=model.colours[part.vertices] if len(model.colours) else model.colours,
         effects={name: effect.within(part) for name, effect in model.effects.items()},
-        watch=None if model.watch is None else model.watch.within(part.coordinates, np.where(lost, reach, 0.0)),
+        watch=None if model.watch is None else model.watch.within(part.coordinates, states),
     )

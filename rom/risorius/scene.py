@@ -20,8 +20,8 @@ class Scene(BaseModel):
     """What one scene calls for. `Scene()` is everything that the model was trained for; docs/scenes.md.
 
     nonlinear: muscles interact; off is superposition (7.8), exact for single actions at full weight only.
-    jaw: the mandible moves. contact, inertia, gravity, touch: docs/effects.md. None is on where the model has it; True is an
-    InputError where it has not.
+    jaw: the mandible moves. contact, inertia, gravity, touch: docs/effects.md. None is on where the model has it; True
+    is an InputError where it has not.
     inputs: action units, poses or muscles that there are, by name; without a side both. None for all of the model.
     region: skin that there is: all, what muscles of mouth, eyes or brows move, or vertices by number.
     resolution: every vertex, or one for each point of the mesh that carries the skin.
@@ -48,7 +48,7 @@ class Scene(BaseModel):
         """Read a scene from YAML. Raises InputError that names file, field and value for anything but one."""
         path = Path(path)
         if not path.is_file():
-            raise InputError(f"{path}: no such file; `risorius scene show` prints a scene to start from")
+            raise InputError(f"{path}: no such file; `risorius scene show MODEL` prints a scene to start from")
         try:
             content = yaml.safe_load(path.read_text(encoding="utf-8"))
         except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -69,9 +69,9 @@ class Scene(BaseModel):
         with replaced_when_complete(Path(path)) as partial:
             partial.write_text(self.yaml(), encoding="utf-8")
 
-    def yaml(self) -> str:
-        """Text of the scene in YAML, only what differs from `Scene()`."""
-        fields = self.model_dump(mode="json", exclude_defaults=True)
+    def yaml(self, *, every_field: bool = False) -> str:
+        """Text of the scene in YAML, only what differs from `Scene()` unless every field is asked for."""
+        fields = self.model_dump(mode="json", exclude_defaults=not every_field)
         return yaml.safe_dump(fields, sort_keys=False, default_flow_style=None) if fields else "{}\n"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -53,6 +53,7 @@ class Face:
     points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
     lift_fields (lifts, n, 3), one for each lift coordinate of the poses. body: of muscles whose active stress is
     proportional to stretch, else None. contact: what skin touches, None where snapshots were solved without contact.
+    rest_by_gravity: (3, n, 3) metres per m/s2 of gravity along x, y, z, of the face at rest; None in older files.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Face:
     lift_fields: FloatArray
     body: Body | None
     contact: ContactGeometry | None
+    rest_by_gravity: FloatArray | None = field(default=None, kw_only=True)
 
     @property
     def inputs(self) -> InputTable:
@@ -84,6 +86,8 @@ class Face:
             self.body.write(group.create_group("body"))
         if self.contact is not None:
             self.contact.write(group.create_group("contact"))
+        if self.rest_by_gravity is not None:
+            group["rest_by_gravity"] = self.rest_by_gravity
         group.attrs["sha256"] = storage.content_checksum(group)
 
 
@@ -92,8 +96,9 @@ class SnapshotSet(Face):
     """Solved snapshots of one face.
 
     parameters (s, p); kinds: part of the sampling design, of each snapshot; held_out (s,): never used for training;
-    displacements (s, n, 3); derivatives (s, p, n, 3), of the displacements by the parameters, None where they were not
-    kept; smallest_jacobians (s,) over all quadrature points; failures: what could not be solved, and why.
+    displacements (s, n, 3); derivatives (s, p, n, 3), of the displacements by the parameters, and by_gravity
+    (s, 3, n, 3), by m/s2 of gravity, None where they were not kept; smallest_jacobians (s,) over all quadrature points;
+    failures: what could not be solved, and why.
     """
 
     parameters: FloatArray
@@ -104,6 +109,7 @@ class SnapshotSet(Face):
     smallest_jacobians: FloatArray
     failures: tuple[str, ...]
     provenance: Mapping[str, Any]
+    by_gravity: Rows | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> SnapshotSet:
@@ -127,16 +133,14 @@ class SnapshotSet(Face):
                 nodal_volumes=group["nodal_volumes"][()],
                 lift_fields=group["lift_fields"][()],
                 body=Body.read(group["body"]) if "body" in group else None,
+                rest_by_gravity=group["rest_by_gravity"][()] if "rest_by_gravity" in group else None,
                 contact=ContactGeometry.read(group["contact"]) if "contact" in group else None,
                 parameters=samples["parameters"][()][solved],
                 kinds=tuple(samples["kind"].asstr()[()][solved]),
                 held_out=samples["held_out"][()][solved],
                 displacements=StoredRows(path, "displacements", solved, samples["displacements"].shape[1:]),
-                derivatives=(
-                    StoredRows(path, "derivatives", solved, samples["derivatives"].shape[1:])
-                    if "derivatives" in samples
-                    else None
-                ),
+                derivatives=_rows_where_kept(path, samples, "derivatives", solved),
+                by_gravity=_rows_where_kept(path, samples, "by_gravity", solved),
                 smallest_jacobians=samples["report"]["smallest_jacobian"][solved],
                 failures=tuple(samples["failure"].asstr()[()][failed]),
                 provenance=json.loads(file.attrs["provenance"]),
@@ -174,6 +178,10 @@ class StoredRows:
                         f"{self.path}: {self.field} of snapshot {row} are damaged ({error}); solve the snapshots anew"
                     ) from error
         return result.reshape(*wanted.shape, *self.each)
+
+
+def _rows_where_kept(path: Path, samples: h5py.Group, field: str, rows: npt.NDArray[np.int64]) -> StoredRows | None:
+    return StoredRows(path, field, rows, samples[field].shape[1:]) if field in samples else None
 
 
 def stored_settings(path: Path) -> Mapping[str, Any]:

@@ -59,11 +59,15 @@ class Samples:
 
 @dataclass(frozen=True)
 class Solved:
-    """Result of one sample: displacement (n, 3) and its derivatives (p, n, 3), float32, None where none are kept."""
+    """Result of one sample: displacement (n, 3), float32, and its derivatives, None where none are kept.
+
+    derivatives: (p, n, 3) by the parameters; by_gravity: (3, n, 3).
+    """
 
     displacement: npt.NDArray[np.float32]
     derivatives: npt.NDArray[np.float32] | None
     report: Mapping[str, float]
+    by_gravity: npt.NDArray[np.float32] | None = None
 
 
 class SnapshotStore:
@@ -109,6 +113,8 @@ class SnapshotStore:
             self._samples["displacements"][row] = solved.displacement
             if self.keeps_derivatives:
                 self._samples["derivatives"][row] = solved.derivatives
+                if "by_gravity" in self._samples:  # an older file goes on without
+                    self._samples["by_gravity"][row] = solved.by_gravity
             self._finish(row, SOLVED, solved.report)
 
     def give_up(self, row: int, reason: str, report: Mapping[str, float]) -> None:
@@ -182,7 +188,8 @@ def _create_fields(group: h5py.Group, face: Face, derivatives: bool) -> None:
     for name, (shape, dtype, rows) in small.items():
         group.create_dataset(name, (0, *shape), dtype, maxshape=(None, *shape), chunks=(rows, *shape))
     # One chunk for each snapshot: it is written once and read whole.
-    fields = {"displacements": nodes, **({"derivatives": (count, *nodes)} if derivatives else {})}
+    slopes = {"derivatives": (count, *nodes), "by_gravity": (3, *nodes)} if derivatives else {}
+    fields = {"displacements": nodes, **slopes}
     filters = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
     for name, each in fields.items():
         group.create_dataset(name, (0, *each), np.float32, maxshape=(None, *each), chunks=(1, *each), **filters)

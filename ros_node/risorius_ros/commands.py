@@ -25,12 +25,19 @@ def serve(
     preview: Annotated[bool, typer.Option(help="Serve a page that shows the face and has sliders.")] = False,
     port: Annotated[int | None, typer.Option(help="Port of the page; a free one unless given.")] = None,
     frame_id: Annotated[str, typer.Option(help="Frame of the published vertices.")] = "face",
+    scene: Annotated[Path | None, typer.Option(help="Scene file (YAML); everything unless given.")] = None,
 ) -> None:
     """Run the ROS 2 node face_engine; what follows --ros-args goes to ROS."""
     if context.args and context.args[0] != "--ros-args":
         raise typer.BadParameter(f"{context.args[0]!r} is not an option of serve; ROS arguments follow --ros-args")
     _require_rclpy()
-    parameters = {"model_path": str(model), "preview": preview, "preview_port": port or 0, "frame_id": frame_id}
+    parameters = {
+        "model_path": str(model),
+        "scene_path": str(scene or ""),
+        "preview": preview,
+        "preview_port": port or 0,
+        "frame_id": frame_id,
+    }
     # JSON is YAML: a path stays text however it is spelled.
     settings = [text for name, value in parameters.items() for text in ("-p", f"{name}:={json.dumps(value)}")]
     # The node needs variables that numpy reads when it is imported, which it is by now: start Python afresh.

@@ -43,6 +43,7 @@ class FaceEngine(Node):
     def __init__(self) -> None:
         super().__init__(messages.NODE_NAME)
         path = self._parameter("model_path", "", "Reduced model to evaluate (HDF5), from `risorius train`.")
+        scene_path = self._parameter("scene_path", "", "Scene to show (YAML); everything the model can without one.")
         frame_id = self._parameter("frame_id", "face", "Frame of the vertices: x out of the face, y left, z up.")
         with_preview = self._parameter("preview", False, "Serve a page that shows the face and has sliders.")
         port = self._parameter(
@@ -53,12 +54,14 @@ class FaceEngine(Node):
         )
         if not path:
             raise risorius.InputError("parameter model_path is empty; set it to a model file of `risorius train`")
+        scene = risorius.Scene.load(scene_path) if scene_path else risorius.Scene()
         model = risorius.load(path)
-        self._engine = risorius.Engine(messages.rotated_to_rep103(model))
-        self._gate = InputGate(model.inputs)
-        self._weights = np.zeros(len(model.inputs.names))
+        self._engine = risorius.Engine(messages.rotated_to_rep103(model), scene)
+        rest = self._engine.model
+        self._gate = InputGate(rest.inputs)
+        self._weights = np.zeros(len(rest.inputs.names))
+        self._mesh = messages.mesh_message(len(rest.rest_vertices), frame_id)
         self._stamp = Time()
-        self._mesh = messages.mesh_message(len(model.rest_vertices), frame_id)
         self._vertices = messages.vertices_of(self._mesh)
         self._held = 0
         self._warned_of = 0
@@ -66,14 +69,13 @@ class FaceEngine(Node):
 
         self._slider_moves: deque[tuple[str, float]] = deque()
         self._slider_moved = self.create_guard_condition(self._answer_sliders)
-        self._preview = self._open_preview(model, port or None) if with_preview else None
+        self._preview = self._open_preview(model, scene, port or None) if with_preview else None
 
-        rest = self._engine.model
         self._topology_publisher = self.create_publisher(Mesh, messages.TOPOLOGY, messages.LATCHED)
         self._topology_publisher.publish(messages.topology_message(rest.rest_vertices, rest.triangles))
         self._mesh_publisher = self.create_publisher(PointCloud2, messages.MESH, messages.STREAM)
         self.create_subscription(JointState, messages.ACTION_UNITS, self._answer, messages.STREAM)
-        self.get_logger().info(f"{path}: {len(rest.rest_vertices)} vertices, inputs {', '.join(model.inputs.names)}")
+        self.get_logger().info(f"{path}: {len(rest.rest_vertices)} vertices, inputs {', '.join(rest.inputs.names)}")
         if self._preview:
             self.get_logger().info(f"page: {self._preview.url}")
 
@@ -90,10 +92,10 @@ class FaceEngine(Node):
         except ParameterException as error:
             raise risorius.InputError(f"parameter {name}: {error}") from error
 
-    def _open_preview(self, model: risorius.ReducedModel, port: int | None) -> Preview:
+    def _open_preview(self, model: risorius.ReducedModel, scene: risorius.Scene, port: int | None) -> Preview:
         from risorius.preview import Preview
 
-        return Preview(risorius.Engine(model), port=port, on_input=self._on_slider)
+        return Preview(risorius.Engine(model, scene), port=port, on_input=self._on_slider)
 
     def _answer(self, message: JointState) -> None:
         weights = self._gate.message(message.name, message.position)

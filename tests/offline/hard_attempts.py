@@ -7,13 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
-from risorius_offline.jacobian_bounds import jacobian_bounds
+from risorius_offline.hard_solves import Judged, judge
 from risorius_offline.linear_solver import NotPositiveDefiniteError
 from risorius_offline.newton import SolverReport
 
@@ -51,15 +49,6 @@ class Attempt:
         return CONVERGES if self.found else REFUSED
 
 
-@dataclass(frozen=True)
-class Check:
-    """Found on a freshly built model, whatever the report says; smallest_jacobian bounds J everywhere from below."""
-
-    finite: bool
-    smallest_jacobian: float
-    residual: float
-
-
 def attempt(case: HardCase) -> Attempt:
     """Solve a case; every error but NotConvergedError passes."""
     begin = time.perf_counter()
@@ -74,14 +63,9 @@ def attempt(case: HardCase) -> Attempt:
     return Attempt(found, found.report, len(model.free), time.perf_counter() - begin)
 
 
-def check(case: HardCase, model: FullModel, found: Equilibrium) -> Check:
+def check(case: HardCase, model: FullModel, found: Equilibrium) -> Judged:
     """Judge an equilibrium at the parameters that were asked for, by a model that has not solved anything yet."""
-    model.set_parameters(case.parameters(model.anatomy.inputs))
-    forces = model.forces(found.u)[2]
-    residual = float(np.linalg.norm(forces.reshape(-1)[model.free])) / model.force_scale(forces)
-    everywhere = jacobian_bounds(model.discretisation, found.u).lower
-    smallest = min(float(everywhere.min()), float(model.point_jacobians(found.u).min()))
-    return Check(bool(np.isfinite(found.u).all()), smallest, residual)
+    return judge(model, case.parameters(model.anatomy.inputs), found.u)
 
 
 def is_stable(model: FullModel, u: FloatArray) -> bool:

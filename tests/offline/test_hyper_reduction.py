@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
+from risorius.effort import Effort
 from risorius.evaluators import CorrectedMap
 from risorius.hyper_reduction.correction import Correction
 from risorius.hyper_reduction.cubature import choose, element_forces
@@ -20,8 +21,9 @@ from risorius.mechanics.wall import barrier
 from risorius.part import Part
 from risorius.poses import Poses
 from risorius_offline.body import body_of
-from risorius_offline.equilibrium import EquilibriumSolver
+from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.quantities import muscle_state
 from tests.offline.models import muscle_block
 
 SOFT = Yeoh.neo_hookean(15e3, 0.45)
@@ -279,6 +281,15 @@ def test_a_part_of_the_modes_is_corrected_as_in_the_whole(sampled):
     whole.coordinates(np.array([1.0]), every)
     whole.within(part).coordinates(np.array([1.0]), some)
     np.testing.assert_array_equal(some, every[asked])
+
+
+def test_work_of_the_muscles_is_that_of_the_full_model(pulled, sampled):
+    model, _, _, modes = pulled
+    body, truth = sampled
+    u = np.tensordot(truth, modes, axes=1)
+    expected = muscle_state(model, Equilibrium(np.array([0.63]), u)).works
+    assert expected[0] > 0.0
+    assert Effort(body.muscles).of(np.array([0.63]), truth) == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_sampled_body_comes_back_from_its_file(sampled, tmp_path):

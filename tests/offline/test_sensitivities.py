@@ -8,12 +8,13 @@ import pytest
 from risorius.errors import SolverError
 from risorius.jaw import JawMotion
 from risorius.mechanics.material import Yeoh
+from risorius_offline.effects.gravity import gravity
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver
 from risorius_offline.full_model import FullModel
 from risorius_offline.muscles.loads import ActiveStress
 from risorius_offline.muscles.muscle import Muscle
 from risorius_offline.muscles.polyline_fibres import PolylineFibres
-from risorius_offline.sensitivities import sensitivities
+from risorius_offline.sensitivities import gravity_sensitivities, sensitivities
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy
 
@@ -43,6 +44,18 @@ def test_they_are_the_derivatives_of_the_solved_equilibrium(model):
         step = h * np.eye(len(STATE))[number]
         difference = (solver.solve(STATE + step, found).u - solver.solve(STATE - step, found).u) / (2 * h)
         np.testing.assert_allclose(derivatives[number], difference, atol=2e-7 * np.abs(difference).max())
+
+
+def test_those_by_gravity_are_what_weight_along_each_axis_changes(model):
+    found = EquilibriumSolver(model, tolerance=1e-12).solve(STATE)
+    derivatives = gravity_sensitivities(model, found)
+    for number, along in enumerate(np.eye(3)):
+        pulled = [
+            FullModel(model.anatomy, [gravity(model.discretisation, sign * along, np.zeros(3))]) for sign in (1.0, -1.0)
+        ]
+        ends = [EquilibriumSolver(each, tolerance=1e-12).solve(STATE, found).u for each in pulled]
+        difference = 0.5 * (ends[0] - ends[1])
+        np.testing.assert_allclose(derivatives[number], difference, atol=1e-5 * np.abs(difference).max())
 
 
 def test_the_model_keeps_the_parameters_it_had(model):

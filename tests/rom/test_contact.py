@@ -7,6 +7,7 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
+from risorius.effects.contact_kernels import ENOUGH
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
 from risorius.engine import Engine
@@ -37,7 +38,9 @@ def sheet(height):
     x, y = np.meshgrid(along, along, indexing="ij")
     number = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
     a, b, c, d = number[:-1, :-1].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel(), number[:-1, 1:].ravel()
-    triangles = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    right = (np.arange(len(a)) // (SIDE - 1) >= SIDE // 2)[:, None]  # diagonals are mirror images, too
+    triangles = np.concatenate([np.where(right, np.column_stack([a, b, c]), np.column_stack([a, b, d])),
+                                np.where(right, np.column_stack([a, c, d]), np.column_stack([b, c, d]))])  # fmt: skip
     return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]).astype(np.float32), triangles.astype(
         np.int32
     )
@@ -89,6 +92,14 @@ def test_a_face_that_touches_nothing_stays_as_it_is_bit_for_bit():
     np.testing.assert_array_equal(vertices, rest)
 
 
+def test_skin_that_nothing_comes_near_costs_no_points():
+    rest, triangles = sheet(BALL + 4e-3)
+    geometry = ContactGeometry({"ball": ball()}, NO_SEAM)
+    contact = Contact(contact_tables(geometry, Poses(JAW_MOTION), rest, triangles, [(AT_REST, rest)]), geometry, 5)
+    assert (len(contact.tables.points), len(contact.tables.vertices)) == (0, 0)
+    contact.finish(AT_REST, rest)
+
+
 def test_a_correction_does_not_depend_on_the_frames_before():
     contact, rest = on_ball()
     first, other, again = pressed(rest, 1e-3), pressed(rest, 2.5e-3), pressed(rest, 1e-3)
@@ -107,7 +118,7 @@ def test_both_sides_are_corrected_alike():
 
 
 def test_teeth_of_the_jaw_move_with_it():
-    """Sheet and ball moved together by the jaw give what they give at rest, moved."""
+    """Sheet and ball moved together by the jaw give what they give at rest, moved, up to where sweeps may end."""
     contact, rest = on_ball(JAW)
     lifts = JAW_MOTION.lift_coordinates([0.8, 0.3, -0.5])
 
@@ -119,7 +130,7 @@ def test_teeth_of_the_jaw_move_with_it():
     moved = carried(still).astype(np.float32)
     contact.finish(AT_REST, still)
     contact.finish(lifts, moved)
-    np.testing.assert_allclose(moved, carried(still), atol=2e-6)
+    np.testing.assert_allclose(moved, carried(still), atol=ENOUGH)
 
 
 @pytest.mark.parametrize("order", [(2, 0, 1), (1, 0, 2)])

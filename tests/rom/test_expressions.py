@@ -23,7 +23,7 @@ def units_of(name: str) -> set[str]:
         ("surprise", (1, 2, 5, 26)),
         ("sadness", (1, 4, 15)),
         ("anger", (4, 5, 7, 17, 24)),
-        ("fear", (1, 2, 4, 5, 7, 20, 26)),
+        ("fear", (1, 2, 4, 5, 7, 20, 21, 25, 26)),
         ("disgust", (9, 15, 16)),
         ("smile", (12,)),
         ("lip pucker", (18,)),

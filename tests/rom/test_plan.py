@@ -56,16 +56,20 @@ def model(synthetic_model):
 
 
 def rational_map(rng, acts):
-    """Two blocks of modes, with features of one term and of two."""
+    """Two blocks of modes, with features of one term and of two, and of two kinks of the mouth."""
     images = np.array([TERMS.index(tuple(sorted({0: 1, 1: 0}.get(i, i) for i in t))) if t in ((0,), (1,)) else n
                        for n, t in enumerate(TERMS)], np.int32)  # fmt: skip
     pairs = np.column_stack([np.arange(len(TERMS), dtype=np.int32), images])
     signs = np.where(pairs[:, 0] == images, 0.0, rng.choice([-1.0, 1.0], len(TERMS)))
+    pairs, signs = np.vstack([pairs, np.int32([[len(TERMS), len(TERMS) + 1]])]), np.append(signs, -1.0)
+    acts = np.vstack([acts, np.arange(8) < 4])
+    kinks = np.zeros((9, 2))
+    kinks[[0, 4], 0] = kinks[[1, 4], 1] = 1.0, -0.5
     blocks = tuple(
         Block(pairs, signs, modes, (rng.normal(size=acts.shape) * acts)[:, modes].astype(np.float32))
         for modes in (np.arange(0, 8, 2), np.arange(1, 8, 2))
     )
-    return RationalMap(rng.uniform(0, 1, (9, 9)), as_products(TERMS), blocks)
+    return RationalMap(rng.uniform(0, 1, (9, 9)), as_products(TERMS), kinks, blocks)
 
 
 def with_method(model, method):

@@ -45,7 +45,9 @@ def written(snapshots, path):
         count = len(snapshots.parameters)
         store.add(Samples(snapshots.parameters, snapshots.kinds, snapshots.held_out, np.zeros(count, np.int64)))
         for row in range(count):
-            solved = Solved(snapshots.displacements[row], snapshots.derivatives[row], {"seconds": SOLVE_SECONDS})
+            by_gravity = np.zeros((3, *snapshots.points.shape), np.float32)
+            fields = snapshots.displacements[row], snapshots.derivatives[row]
+            solved = Solved(*fields, {"seconds": SOLVE_SECONDS}, by_gravity)
             store.record(row, solved)
     return path
 

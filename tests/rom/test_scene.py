@@ -1,6 +1,10 @@
+from pathlib import Path
+
 import pytest
 
 from risorius import Budget, FileFormatError, InputError, Scene
+from risorius.facs import ACTION_UNITS
+from risorius.poses import POSE_LOWER
 
 
 def test_a_scene_survives_its_file(tmp_path):
@@ -46,3 +50,17 @@ def test_a_file_that_is_no_scene_is_refused_by_field(tmp_path, text, message):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match=r"none\.yaml: no such file"):
         Scene.load(tmp_path / "none.yaml")
+
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_scenes_ask_for_inputs_that_there_are(path):
+    muscles = {name for unit in ACTION_UNITS.values() for name in unit.muscles}
+    known = {*ACTION_UNITS, *POSE_LOWER, *(f"{name}_{side}" for name in muscles for side in "LR")}
+    assert set(Scene.load(path).inputs) <= known
+
+
+def test_there_are_examples():
+    assert [path.stem for path in EXAMPLES] == ["animatronic_mouth", "clinical_smile", "telepresence_head"]

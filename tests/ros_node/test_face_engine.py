@@ -72,6 +72,24 @@ def test_topology_reaches_one_who_comes_late(node: ServedNode, synthetic_model: 
     np.testing.assert_array_equal(triangles, synthetic_model.triangles)
 
 
+def test_a_scene_publishes_its_region_only(
+    model_file: Path, synthetic_model: risorius.ReducedModel, tmp_path: Path
+) -> None:
+    scene = risorius.Scene(inputs=("AU12_L", "jaw_open"), region=tuple(range(100)))
+    scene.save(tmp_path / "scene.yaml")
+    with (
+        served(model_file, "--scene", str(tmp_path / "scene.yaml"), log=tmp_path / "log") as node,
+        FaceClient(engine=node.name) as client,
+    ):
+        received = client.ask({"AU12": 1.0, "jaw_open": 0.3}, PATIENCE_S)
+        spin_until(client, lambda: client.topology)
+    engine = risorius.Engine(synthetic_model, scene)
+    expected = engine.evaluate({"AU12_L": 1.0, "jaw_open": 0.3}).vertices
+    np.testing.assert_allclose(messages.from_rep103(received), expected, atol=1e-6)
+    assert client.topology is not None
+    np.testing.assert_array_equal(client.topology[1], engine.triangles)
+
+
 def test_garbage_is_counted_and_the_next_good_message_answered(
     node: ServedNode, synthetic_model: risorius.ReducedModel
 ) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from risorius.commands.settings import parse_settings, split_muscles
+from risorius.commands.settings import SceneFile, engine_for, parse_settings, split_muscles
 from risorius.errors import InputError
+
+if TYPE_CHECKING:
+    from risorius.engine import Engine
 
 
 def render(
@@ -22,25 +25,24 @@ def render(
     view: Annotated[str | None, typer.Option(help="front, three-quarter (unless given) or side.")] = None,
     size: Annotated[str | None, typer.Option(help="Pixels: 900x900, or 240x280 each on a sheet, unless given.")] = None,
     sheet: Annotated[str | None, typer.Option(help="Contact sheet: units, expressions, jaw or muscles.")] = None,
+    scene: SceneFile = None,
 ) -> None:
     """Draw the face with given weights, or a contact sheet of many faces, to a PNG file."""
     if output.suffix.lower() != ".png":
         raise InputError(f"{output}: pictures are written as PNG; give a name that ends in .png")
     if sheet is None:
-        _render_face(model, output, parse_settings(settings or ()), view or "three-quarter", _pixels(size or "900x900"))
+        values, pixels = parse_settings(settings or ()), _pixels(size or "900x900")
+        _render_face(engine_for(model, scene), output, values, view or "three-quarter", pixels)
     elif settings or view:
         raise InputError(f"--sheet {sheet}: weights and views are the sheet's own; leave --set and --view out")
     else:
-        _render_sheet(model, output, sheet, _pixels(size or "240x280"))
+        _render_sheet(model, scene, output, sheet, _pixels(size or "240x280"))
 
 
-def _render_face(model: Path, output: Path, values: dict[str, float], view: str, size: tuple[int, int]) -> None:
+def _render_face(engine: Engine, output: Path, values: dict[str, float], view: str, size: tuple[int, int]) -> None:
     from risorius.companion import posed_companions
-    from risorius.engine import Engine
-    from risorius.model import load
     from risorius.picture import draw_face, save_png
 
-    engine = Engine(load(model))
     inputs, muscles = split_muscles(values, engine.model.inputs)
     frame = engine.evaluate(inputs, muscles=muscles)
     picture = draw_face(
@@ -56,16 +58,14 @@ def _render_face(model: Path, output: Path, values: dict[str, float], view: str,
     typer.echo(f"{output}: {engine.model.name}, {frame.method}, error up to {1e3 * frame.error:.2g} mm")
 
 
-def _render_sheet(model: Path, output: Path, sheet: str, size: tuple[int, int]) -> None:
+def _render_sheet(model: Path, scene: Path | None, output: Path, sheet: str, size: tuple[int, int]) -> None:
     from risorius.contact_sheet import draw_sheet
-    from risorius.engine import Engine
-    from risorius.model import load
     from risorius.picture import save_png
     from risorius.sheets import SHEETS, faces_of
 
     if sheet not in SHEETS:
         raise InputError(f"--sheet {sheet}: not known; choose from: {', '.join(SHEETS)}")
-    engine = Engine(load(model))
+    engine = engine_for(model, scene)
     faces = faces_of(sheet, engine.model.inputs)
     save_png(output, draw_sheet(engine, faces, size))
     typer.echo(f"{output}: {engine.model.name}, {len(faces)} faces")

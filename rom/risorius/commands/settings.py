@@ -1,14 +1,32 @@
-"""Weights on the command line: `--set NAME=WEIGHT`, of an input or a muscle."""
+"""What several commands are told: `--set NAME=WEIGHT`, of an input or a muscle, and `--scene FILE`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from risorius.errors import InputError
 
 if TYPE_CHECKING:
+    from risorius.engine import Engine
     from risorius.inputs import InputTable
+
+SceneFile = Annotated[
+    Path | None, typer.Option("--scene", help="Scene file (YAML): what the face has to show; everything unless given.")
+]
+
+
+def engine_for(model: Path, scene: Path | None) -> Engine:
+    """Engine of a model file for a scene file."""
+    from risorius.engine import Engine
+    from risorius.model import load
+    from risorius.scene import Scene
+
+    wanted = Scene() if scene is None else Scene.load(scene)  # the quick check first
+    return Engine(load(model), wanted)
 
 
 def parse_settings(settings: Sequence[str]) -> dict[str, float]:

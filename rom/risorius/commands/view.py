@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from risorius.commands.settings import SceneFile, engine_for
 from risorius.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,15 +49,14 @@ def view(
     port: Annotated[int | None, typer.Option(help="Port of the page; a free one unless given.")] = None,
     play: Annotated[bool, typer.Option("--play", help="Play expressions until a slider is moved.")] = False,
     seconds: Annotated[float | None, typer.Option(help="Stop after this time; until Ctrl-C unless given.")] = None,
+    scene: SceneFile = None,
 ) -> None:
     """Serve a page that shows the face and moves it by sliders."""
     if seconds is not None and not seconds > 0.0:
         raise InputError(f"--seconds: {seconds} given; give a positive number of seconds")
-    from risorius.engine import Engine
-    from risorius.model import load
     from risorius.preview import Preview
 
-    engine = Engine(load(model))
+    engine = engine_for(model, scene)
     moves = _Moves()
     preview = Preview(engine, host=host, port=port, on_input=moves.put)
     try:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from risorius.effects.contact import Contact
 from risorius.effects.effect import Effect, Surroundings, Touch
+from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
+from risorius.effects.touch import TouchResponse
 
 __all__ = ["EFFECTS", "Effect", "Surroundings", "Touch"]
 
-EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Contact)}
+EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Gravity, TouchResponse, Contact)}

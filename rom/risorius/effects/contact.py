@@ -77,7 +77,9 @@ class Contact:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         transforms = self.tables.transforms
         if len(transforms):
-            np.dot(coordinates[: len(transforms)], transforms.reshape(len(transforms), 16), out=self._motion.reshape(16))
+            np.dot(
+                coordinates[: len(transforms)], transforms.reshape(len(transforms), 16), out=self._motion.reshape(16)
+            )
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]

@@ -41,13 +41,12 @@ def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: i
 
 
 @_compiled
-def gaps_to_teeth(
+def gaps_to_teeth(  # type: ignore[no-untyped-def]
     x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
-):  # type: ignore[no-untyped-def]
+):
     """Gaps (k,) of `count` of the points, `which` by number, to what is nearest of the obstacles; ways out (k, 3).
 
-    The nearest way out is not taken where it leads to the other side of a
-    tooth than that at rest.
+    The nearest is not taken where it leads to the other side of a tooth than that at rest.
     """
     for e in range(count):
         number = which[e]
@@ -102,9 +101,7 @@ def gaps_to_teeth(
 
 
 @_compiled
-def gaps_to_lips(
-    x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways
-):  # type: ignore[no-untyped-def]
+def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways):  # type: ignore[no-untyped-def]
     """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its

@@ -31,7 +31,9 @@ MOST_FRAMES = 150  # of training, at which it is seen what may touch
 REACHED = 2.5e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
 BESIDE = 4e-3  # metres: what is as near as that to where lips meet can meet, too
 FINEST = 0.4e-3  # metres between points
-TURNED = 2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
+TURNED = (
+    2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
+)
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -40,12 +42,12 @@ OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 class ContactTables:
     """What the kernels read; vertex numbers are the model's.
 
-    Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below -1 m
-    where there is none; away (k, o, 3): the way out from deep in it. Obstacles: distances (all grids, flat), starts (o,),
+    Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below
+    -1 m where there is none; away (k, o, 3): the way out at rest. Obstacles: distances (all grids, flat), starts (o,),
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
     Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
-    (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or -1
-    where the order of axes turns triangles over.
+    (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
+    -1 where the order of axes turns triangles over.
     """
 
     points: npt.NDArray[np.int32]
@@ -77,7 +79,7 @@ class ContactTables:
         number = np.full(len(self.row_starts) - 1, -1, np.int32)
         number[part.vertices] = np.arange(len(part.vertices))
         points = number[self.points] >= 0
-        whole = (number[self.triangles] >= 0).all(axis=1)
+        whole = np.asarray((number[self.triangles] >= 0).all(axis=1))
         new = np.where(whole, np.cumsum(whole) - 1, -1).astype(np.int32)
         vertices = (number[self.vertices] >= 0) & whole[self.facing]
         shape = (len(self.row_starts) - 1, len(self.column_starts) - 1)
@@ -151,15 +153,14 @@ def frames_of(snapshots: SnapshotSet) -> Frames:
         yield lifts, (snapshots.surface.points + displacement).astype(np.float32)
 
 
-def _reached(
-    measure: PenetrationMeasure, frames: Frames
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """Vertices (o, n) that come within REACHED of an obstacle, and vertices (s,) of the lips that meet the other."""
-    touched, met = False, np.zeros(len(measure.lip_vertices), bool)
-    for lifts, vertices in frames:
-        touched |= measure.depths_in_obstacles(vertices, lifts, REACHED) > 0.0
-        met |= measure.depths_in_lips(vertices) > 0.0
-    return np.asarray(touched), met
+    seen = [
+        (measure.depths_in_obstacles(vertices, lifts, REACHED) > 0.0, measure.depths_in_lips(vertices) > 0.0)
+        for lifts, vertices in frames
+    ]
+    touched, met = zip(*seen, strict=True)
+    return np.asarray(np.any(touched, axis=0)), np.asarray(np.any(met, axis=0))
 
 
 def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -1,7 +1,7 @@
 """Fields by which skin is moved out of contact: smooth bumps that add up to one, so that nothing dents.
 
-Controls lie SPACING apart on the surface; each carries a bump (Wendland 1995, C2) of geodesic RADIUS, divided by the sum
-of all bumps there. What is moved fades out over some RADIUS beyond the points that may touch.
+Controls lie SPACING apart on the surface; each carries a bump (Wendland 1995, C2) of geodesic RADIUS, divided by the
+sum of all bumps there. What is moved fades out over some RADIUS beyond the points that may touch.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ def correction_shares(
     rest: npt.NDArray[np.floating], triangles: npt.NDArray[np.int32], touching: npt.NDArray[np.integer]
 ) -> sp.csr_matrix:
     """Shares (n, c), between 0 and 1, of the vertices of a surface (n, 3) in controls about those that may touch."""
+    if not len(touching):
+        return sp.csr_matrix((len(rest), 0))
     points = rest.astype(np.float64)
     graph = edge_lengths(points, triangles)
     away = dijkstra(graph, directed=False, indices=touching, limit=3.0 * RADIUS, min_only=True)

@@ -30,7 +30,7 @@ from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.mechanics.body import Body
 from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_DENSITY
-from risorius.mechanics.stiffness import passive_stiffness
+from risorius.mechanics.stiffness import stiffness
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
 
@@ -102,6 +102,12 @@ class Inertia:
         self._before[:] = self._now
         np.subtract(self._place, self._now, out=own)
 
+    @property
+    def energy(self) -> float:
+        """Joules in the modes: of their speed, and of their distance from rest under the present loads."""
+        own = self._place - self._now
+        return 0.5 * float(self._speed @ self._speed + self._squares @ (own * own))
+
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Do nothing: vertices follow the coordinates."""
 
@@ -143,8 +149,8 @@ def vibration_modes(body: Body, nodal_volumes: FloatArray) -> tuple[FloatArray, 
     """
     free = np.flatnonzero(~np.repeat(body.prescribed, 3))
     scale = 1.0 / np.sqrt(np.repeat(TISSUE_DENSITY * nodal_volumes, 3)[free])
-    stiffness = passive_stiffness(body, len(nodal_volumes))[free][:, free]
-    scaled = (sp.diags_array(scale) @ stiffness @ sp.diags_array(scale)).tocsc()
+    at_rest = stiffness(body, np.zeros((len(nodal_volumes), 3)), np.zeros(body.active.shape[1]))[free][:, free]
+    scaled = (sp.diags_array(scale) @ at_rest @ sp.diags_array(scale)).tocsc()
     count = min(MODES, len(free) - 1)
     start = np.random.default_rng(0).normal(size=len(free))  # the same modes at every training
     squares, vectors = spla.eigsh(scaled, count, sigma=0.0, v0=start)

@@ -2,7 +2,8 @@
 
 The map's coordinates are the start of guarded Newton-CG steps on a hyper-reduced body. Equilibria, projected on the
 modes, are no equilibria of the reduced body: where the residual of the start is no larger than theirs, the map is
-closer to the truth than the reduced body's own minimum, and stays as it is.
+closer to the truth than the reduced body's own minimum, and stays as it is. It stays, too, where steps that lower the
+energy leave a longer residual.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
 from risorius.hyper_reduction.correction import Correction
+from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.hyper_reduction.sampled_body import SampledBody
 from risorius.jaw import FloatArray
 from risorius.part import Part
@@ -53,9 +55,24 @@ class CorrectedMap:
         return self._sampled.correction()
 
     @property
+    def muscles(self) -> ReducedMuscles:
+        """Energy of the muscles in the coordinates of the face, lifts first."""
+        return self._sampled.muscles
+
+    @property
     def elements(self) -> int:
         """Number of weighted elements."""
         return self._sampled.size
+
+    @property
+    def quiet(self) -> float:
+        """Residual below which the map's answer stays."""
+        return self._sampled.quiet
+
+    def residual(self, parameters: FloatArray, coordinates: FloatArray) -> float:
+        """Length of the preconditioned residual of lifts and modes (r,) at parameters (p,), in coordinates."""
+        self._correction.body.set_activations(parameters[: self._muscles])
+        return self._correction.residual(coordinates)
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
@@ -64,8 +81,7 @@ class CorrectedMap:
         self._poses.lift_coordinates(parameters[self._muscles :], out=self._start[:lifts])
         body.set_activations(parameters[: self._muscles])
         self.doubt = self._correction.residual(self._start)
-        if self.doubt > self._sampled.quiet:
-            self._correction.improve(self._steps)
+        if self.doubt > self.quiet and self._correction.improve(self._steps) < self.doubt:
             self._modal[:] = body.q[lifts:]
         np.take(self._modal, self._modes, out=out)
 
@@ -88,6 +104,10 @@ class CorrectedMap:
             self._steps,
             self._modes[part.modes],
         )
+
+    def thinned(self, every: int) -> CorrectedMap:
+        """Return that of a body with one of `every` elements."""
+        return CorrectedMap(self._predictor, self._sampled.thinned(every), self._poses, self._steps, self._modes)
 
     def write(self, group: h5py.Group) -> None:
         """Store the body and the poses; the learned map is the one that the model has."""

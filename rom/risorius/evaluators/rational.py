@@ -1,7 +1,8 @@
-"""The learned map: products of activations that saturate in competition, fitted to snapshots and their derivatives.
+"""The learned map: products of activations that saturate in competition, and kinks of their combinations.
 
-On a symmetric face the sum of a term and its mirror image drives the symmetric modes, their difference the others:
-half the work of one map for all modes, and half of that again where the input is symmetric.
+It is fitted to snapshots and their derivatives. Terms are products first, then kinks. On a symmetric face the sum of a
+term and its mirror image drives the symmetric modes, their difference the others: half the work of one map for all
+modes, and half of that again where the input is symmetric.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from risorius.evaluators.competition import compete, compete_slopes, fit_competition
 from risorius.evaluators.hermite import DERIVATIVE_WEIGHTS, FOLDS, NormalEquations, best_choice
+from risorius.evaluators.kinks import bend, bend_slopes, fit_kinks
 from risorius.evaluators.observations import Observations
 from risorius.evaluators.products import (
     Products,
@@ -34,6 +36,7 @@ from risorius.part import Part
 NEGLIGIBLE = 1e-9
 # Of all modes together; at 4 bytes they fit in 1 MB of cache.
 MOST_COEFFICIENTS = 250_000
+KINK_SCALE = 0.03  # size that is expected of a kink's coefficients, where that of a single activation is 1
 BATCH = 16  # snapshots whose terms are held at once
 
 
@@ -86,10 +89,14 @@ class Block:
 
 @dataclass(frozen=True)
 class RationalMap:
-    """competition: (p, p) weights of `competition`; products of the b; blocks of modes. Not thread-safe."""
+    """competition: (p, p) weights of `competition`; products of the b; kinks (p, h) of `kinks`; blocks of modes.
+
+    Not thread-safe.
+    """
 
     competition: FloatArray
     products: Products
+    kinks: FloatArray
     blocks: tuple[Block, ...]
     name = "rational"
     doubt = 0.0
@@ -101,7 +108,7 @@ class RationalMap:
         widest = max(len(block.modes) for block in self.blocks)
         return (
             np.empty(len(self.competition)),
-            np.empty(len(self.products.parents)),
+            np.empty(len(self.products.parents) + self.kinks.shape[1]),
             np.empty(longest),
             np.empty(longest, np.int64),
             np.empty(widest, np.float32),
@@ -111,7 +118,9 @@ class RationalMap:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
         variables, terms, active, positions, sums = self._work
         compete(parameters, self.competition, variables)
-        multiply(variables, self.products.parents, self.products.factors, terms)
+        count = len(self.products.parents)
+        multiply(variables, self.products.parents, self.products.factors, terms[:count])
+        bend(variables, self.kinks, terms[count:])
         for block in self.blocks:
             _add_up(terms, block.terms, block.signs, block.coefficients, block.modes, active, positions, sums, out)
 
@@ -121,18 +130,20 @@ class RationalMap:
 
     def within(self, part: Part) -> RationalMap:
         """Return that of a part, without the terms of parameters that it has not or that are always 0."""
-        alive = self.products.alive(part)
+        bent = (self.kinks[part.parameters[part.driven]] != 0.0).any(axis=0)
+        alive = np.concatenate([self.products.alive(part), bent])
         blocks = tuple(block.within(part, alive) for block in self.blocks)
-        left = RationalMap(self.competition, self.products, blocks)._compacted()
+        left = replace(self, blocks=blocks)._compacted()
         number = np.zeros(len(self.competition), np.int32)
         number[part.parameters] = np.arange(len(part.parameters))
         products = Products(left.products.parents, number[left.products.factors])
         competition = self.competition[np.ix_(part.parameters, part.parameters)]
-        return RationalMap(np.ascontiguousarray(competition), products, left.blocks)
+        kinks = np.ascontiguousarray(left.kinks[part.parameters])
+        return RationalMap(np.ascontiguousarray(competition), products, kinks, left.blocks)
 
     def write(self, group: h5py.Group) -> None:
         """Store weights, terms and coefficients."""
-        group["competition"] = self.competition
+        group["competition"], group["kinks"] = self.competition, self.kinks
         self.products.write(group)
         for number, block in enumerate(self.blocks):
             block.write(group.create_group(f"blocks/{number}"))
@@ -141,65 +152,72 @@ class RationalMap:
     def read(cls, group: h5py.Group) -> RationalMap:
         """Load what `write` stored."""
         blocks = tuple(Block.read(group[f"blocks/{number}"]) for number in range(len(group["blocks"])))
-        return cls(group["competition"][()], Products.read(group), blocks)
+        return cls(group["competition"][()], Products.read(group), group["kinks"][()], blocks)
 
     @classmethod
     def fit(cls, observations: Observations) -> RationalMap:
         """Fit to snapshots; ridge and weight of the derivatives are chosen by cross-validation over them."""
         competition = fit_competition(observations)
+        kinks = fit_kinks(observations, competition)
         scales = choose_terms(observations)
-        terms, scale = list(scales), np.array(list(scales.values()))
-        products = as_products(terms)
-        candidates = _features(terms, observations)
-        systems = _equations(observations, competition, products, scale, candidates)
+        products = as_products(list(scales))
+        scale = np.concatenate([list(scales.values()), np.full(kinks.shape[1], KINK_SCALE)])
+        full = cls(competition, products, kinks, tuple(_features(list(scales), kinks.shape[1], observations)))
+        systems = _equations(observations, full, scale)
         choice = best_choice(systems, DERIVATIVE_WEIGHTS if observations.derivatives is not None else (0.0,))
         blocks = []
-        for system, block in zip(systems, candidates, strict=True):
+        for system, block in zip(systems, full.blocks, strict=True):
             share = MOST_COEFFICIENTS // observations.coordinates.shape[1]
             kept = system.most_telling(choice, share)
             size = scale[block.terms[kept, 0]][:, None]
             coefficients = (size * system.solution(choice, kept)).astype(np.float32)
             blocks.append(Block(block.terms[kept], block.signs[kept], block.modes, coefficients))
-        return cls(competition, products, tuple(blocks))._compacted()
+        return replace(full, blocks=tuple(blocks))._compacted()
 
     def _compacted(self) -> RationalMap:
         """The same map without the terms that no feature needs."""
-        products, numbers = needed(self.products, np.concatenate([block.terms for block in self.blocks]))
-        parts = np.split(numbers, np.cumsum([len(block.terms) for block in self.blocks])[:-1])
+        used, count = np.concatenate([block.terms for block in self.blocks]), len(self.products.parents)
+        multiplied = used < count
+        products, numbers = needed(self.products, used[multiplied])
+        kept, positions = np.unique(used[~multiplied] - count, return_inverse=True)
+        used[multiplied], used[~multiplied] = numbers, len(products.parents) + positions
+        parts = np.split(used, np.cumsum([len(block.terms) for block in self.blocks])[:-1])
         blocks = tuple(replace(block, terms=part) for block, part in zip(self.blocks, parts, strict=True))
-        return RationalMap(self.competition, products, blocks)
+        return RationalMap(self.competition, products, np.ascontiguousarray(self.kinks[:, kept]), blocks)
 
 
-def _features(terms: list[Term], observations: Observations) -> list[Block]:
-    """Blocks without coefficients: one of all terms, or two of a symmetric face."""
+def _features(terms: list[Term], kinks: int, observations: Observations) -> list[Block]:
+    """Blocks without coefficients, of products and then so many kinks: one of all, or two of a symmetric face."""
     empty = np.zeros((0, 0), np.float32)
-    reflection = observations.reflection
+    reflection, count = observations.reflection, len(terms)
     if reflection is None:
-        every = np.arange(len(terms), dtype=np.int32)
+        every = np.arange(count + kinks, dtype=np.int32)
         modes = np.arange(observations.coordinates.shape[1])
-        return [Block(np.column_stack([every, every]), np.zeros(len(terms)), modes, empty)]
+        return [Block(np.column_stack([every, every]), np.zeros(count + kinks), modes, empty)]
     position = {term: number for number, term in enumerate(terms)}
-    image = np.array([position[tuple(sorted(reflection.partner[list(term)]))] for term in terms])
-    sign = np.array([reflection.sign[list(term)].prod() for term in terms])
-    pairs = np.column_stack([np.arange(len(terms)), image]).astype(np.int32)
+    image = [position[tuple(sorted(reflection.partner[list(term)]))] for term in terms]
+    sign = [reflection.sign[list(term)].prod() for term in terms]
+    # Kinks come in two halves, each the image of the other.
+    first = np.arange(count + kinks)
+    second = np.concatenate([image, np.roll(first[count:], kinks // 2)])
+    turned = np.concatenate([sign, np.ones(kinks)])
     blocks = []
     for parity in (1.0, -1.0):
-        kept = (pairs[:, 0] < image) | ((pairs[:, 0] == image) & (sign == parity))
-        signs = np.where(pairs[:, 0] == image, 0.0, parity * sign)[kept]
-        blocks.append(Block(pairs[kept], signs, np.flatnonzero(reflection.parity == parity), empty))
+        kept = (first < second) | ((first == second) & (turned == parity))
+        signs = np.where(first == second, 0.0, parity * turned)[kept]
+        pairs = np.column_stack([first, second])[kept].astype(np.int32)
+        blocks.append(Block(pairs, signs, np.flatnonzero(reflection.parity == parity), empty))
     return blocks
 
 
-def _equations(
-    observations: Observations, competition: FloatArray, products: Products, scale: FloatArray, blocks: list[Block]
-) -> list[NormalEquations]:
-    """Normal equations of each block; its coefficients are those of features divided by their scale."""
-    systems = [NormalEquations(len(block.terms), len(block.modes)) for block in blocks]
+def _equations(observations: Observations, full: RationalMap, scale: FloatArray) -> list[NormalEquations]:
+    """Normal equations of each block of a map; its coefficients are those of features divided by their scale."""
+    systems = [NormalEquations(len(block.terms), len(block.modes)) for block in full.blocks]
     for fold in range(FOLDS):
         rows = np.arange(fold, len(observations.parameters), FOLDS)
         for start in range(0, len(rows), BATCH):
-            batch = [_terms_of(observations, row, competition, products) for row in rows[start : start + BATCH]]
-            for system, block in zip(systems, blocks, strict=True):
+            batch = [_terms_of(observations, row, full) for row in rows[start : start + BATCH]]
+            for system, block in zip(systems, full.blocks, strict=True):
                 first, second = block.terms.T
                 combined = [
                     np.hstack(
@@ -212,15 +230,15 @@ def _equations(
     return systems
 
 
-def _terms_of(
-    observations: Observations, row: int, competition: FloatArray, products: Products
-) -> tuple[FloatArray, FloatArray]:
+def _terms_of(observations: Observations, row: int, full: RationalMap) -> tuple[FloatArray, FloatArray]:
     """All terms (1 + p, m) of a snapshot and its coordinates (1 + p, r): the value, then the derivatives if known."""
-    count = len(competition)
+    count, products = len(full.competition), full.products
     variables, slopes = np.empty(count), np.empty((count, count))
     values, gradients = np.empty(len(products.parents)), np.empty((len(products.parents), count))
-    compete_slopes(observations.parameters[row], competition, variables, slopes)
+    compete_slopes(observations.parameters[row], full.competition, variables, slopes)
     multiply_slopes(variables, slopes, products.parents, products.factors, values, gradients)
+    bent, bent_gradients = bend_slopes(variables, slopes, full.kinks)
+    values, gradients = np.concatenate([values, bent]), np.vstack([gradients, bent_gradients])
     if observations.derivatives is None:
         return values[None], observations.coordinates[row][None]
     targets = np.vstack([observations.coordinates[row], observations.derivatives[row]])

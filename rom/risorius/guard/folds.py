@@ -9,6 +9,7 @@ from risorius.guard.watch import Watch
 from risorius.jaw import FloatArray
 from risorius.packed_fields import PackedFields
 
+FOLDED = 1e-3  # J, of which single precision is sure that it is positive
 UNFOLDED = 0.05  # J that a folded point is pushed to
 LONGEST_PUSH = 1.0  # modal coordinates: a millimetre, root mean square
 MOST_PUSHES = 32
@@ -37,7 +38,7 @@ class Folds:
         """
         modal = coordinates[self._lifts :]
         for _ in range(MOST_PUSHES):
-            if self.smallest(coordinates) > 0.0:
+            if self.smallest(coordinates) > FOLDED:
                 return True
             push(self._change, self._jacobians, self._slopes, UNFOLDED, LONGEST_PUSH, self._direction, modal)
-        return self.smallest(coordinates) > 0.0
+        return self.smallest(coordinates) > FOLDED

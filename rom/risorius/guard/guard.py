@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from risorius.guard.folds import Folds
+from risorius.guard.folds import FOLDED, Folds
 from risorius.guard.watch import Watch
 from risorius.jaw import FloatArray
 from risorius.sizes import length_squared
@@ -50,6 +50,6 @@ class Guard:
         if not (length_squared(coordinates) < math.inf and length_squared(coordinates[self._modal]) <= self._most):
             return Verdict.HELD
         face = coordinates[self._all]
-        if self._folds is None or self._folds.smallest(face) > 0.0:
+        if self._folds is None or self._folds.smallest(face) > FOLDED:
             return Verdict.GOOD
         return Verdict.MENDED if self._folds.unfold(face) else Verdict.HELD

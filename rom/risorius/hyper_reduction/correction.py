@@ -36,16 +36,20 @@ class Correction:
         self.body.deform(q)
         return self._take_gradient()
 
-    def improve(self, steps: int) -> None:
-        """Take so many Newton steps from where `residual` was asked for; `body.q` is where they lead."""
+    def improve(self, steps: int) -> float:
+        """Take so many Newton steps from where `residual` was asked for; `body.q` is where they lead.
+
+        Returns the length of the preconditioned residual there.
+        """
         energy = self.body.energy()
         for step in range(steps):
             if step:
                 self._take_gradient()
             found = self._search(energy, self._direction())
             if found is None:
-                return
+                break
             energy = found
+        return self._take_gradient()
 
     def _take_gradient(self) -> float:
         self.body.gradient(self._g)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius.hyper_reduction.terms import Floats
@@ -43,6 +44,11 @@ class ReducedMuscles:
             stiffness[muscle] = np.einsum("rni,ins->rs", fields, pulled, optimize=True)
             pull[muscle] += np.einsum("inr,ni->r", pulled, points)
         return cls(stiffness, pull)
+
+    def within(self, muscles: npt.NDArray[np.int64], coordinates: npt.NDArray[np.int64]) -> ReducedMuscles:
+        """Return some of the muscles, where only some of the coordinates are not 0."""
+        stiffness = self.stiffness[np.ix_(muscles, coordinates, coordinates)]
+        return ReducedMuscles(stiffness, self.pull[np.ix_(muscles, coordinates)])
 
     def combined(self, activations: FloatArray, stiffness: Floats, pull: Floats) -> None:
         """Write the matrix (r, r) and the vector (r,) of all muscles at activations (m,)."""

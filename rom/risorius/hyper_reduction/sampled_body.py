@@ -72,9 +72,16 @@ class SampledBody:
 
     def within(self, coordinates: npt.NDArray[np.int64], lifts: int, muscles: npt.NDArray[np.int64]) -> SampledBody:
         """Return the same with some muscles and coordinates, so many lifts and all modes, only; the others are 0."""
-        pull = self.muscles.pull[np.ix_(muscles, coordinates)]
-        stiffness = self.muscles.stiffness[np.ix_(muscles, coordinates, coordinates)]
-        return replace(self, fields=self.fields[coordinates], lifts=lifts, muscles=ReducedMuscles(stiffness, pull))
+        fewer = self.muscles.within(muscles, coordinates)
+        return replace(self, fields=self.fields[coordinates], lifts=lifts, muscles=fewer)
+
+    def thinned(self, every: int) -> SampledBody:
+        """Return the same with one of `every` elements of each kind, counted so many times."""
+        return replace(
+            self,
+            passive=tuple(_thinned(table, every) for table in self.passive),
+            walls=tuple(_thinned(table, every) for table in self.walls),
+        )
 
     def correction(self, dtype: npt.DTypeLike = np.float32) -> Correction:
         """Return what corrects coordinates; it owns its state."""
@@ -164,6 +171,11 @@ def _sampled(
         stiffness=stiffness,
         quiet=0.0,
     )
+
+
+def _thinned(table: Table, every: int) -> Table:
+    chosen = np.arange(0, len(table.weights), every)
+    return table.weighted(chosen, np.full(len(chosen), float(every)))
 
 
 def _renumbered(table: Table, nodes: npt.NDArray[np.int64]) -> Table:

@@ -1,0 +1,71 @@
+"""Scenes side by side over a timeline: how far apart their faces are, and what each frame costs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from risorius.engine import Engine
+from risorius.jaw import FloatArray
+from risorius.model import ReducedModel
+from risorius.scene import Scene
+from risorius.timeline import Timeline
+
+TURN = 50  # frames of one scene in a row: enough to have its tables in the cache, as they are in use
+WARM_UP = 20
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Metres between vertices that two scenes show: the largest of all frames, and the mean of all."""
+
+    maximum: float
+    mean: float
+
+
+class SceneRun:
+    """A scene of a model, played along timelines of the whole model's inputs. Not thread-safe."""
+
+    def __init__(self, model: ReducedModel, scene: Scene) -> None:
+        self.scene, self.engine = scene, Engine(model, scene)
+        self._columns = [model.inputs.names.index(name) for name in self.engine.inputs]
+        self._timed = "inertia" in self.engine.effects
+
+    def frame(self, timeline: Timeline, number: int) -> npt.NDArray[np.float32]:
+        """Vertices (n, 3) of a frame; frames follow each other, and the first has none before it."""
+        step = float(timeline.steps[number]) if self._timed and number else None
+        return self.engine.evaluate(timeline.weights[number, self._columns], step=step).vertices
+
+
+def deviations(reference: SceneRun, others: Sequence[SceneRun], timeline: Timeline) -> list[Deviation]:
+    """How far the vertices that each of the others shares with a reference are from those, over a timeline."""
+    shared = [
+        np.intersect1d(reference.engine.vertex_numbers, one.engine.vertex_numbers, return_indices=True)[1:]
+        for one in others
+    ]
+    maximum, total = np.zeros(len(others)), np.zeros(len(others))
+    for number in range(len(timeline.weights)):
+        expected = reference.frame(timeline, number)
+        for k, (one, (theirs, ours)) in enumerate(zip(others, shared, strict=True)):
+            apart = np.linalg.norm(one.frame(timeline, number)[ours] - expected[theirs], axis=1)
+            maximum[k], total[k] = max(maximum[k], float(apart.max())), total[k] + float(apart.mean())
+    return [Deviation(*pair) for pair in zip(maximum.tolist(), (total / len(timeline.weights)).tolist(), strict=True)]
+
+
+def frame_times(runs: Sequence[SceneRun], timeline: Timeline) -> FloatArray:
+    """Seconds (runs, f) of every frame, scenes in turn: what else the machine does falls on all of them alike."""
+    seconds, clock = np.empty((len(runs), len(timeline.weights))), time.perf_counter
+    for run in runs:
+        for number in range(min(WARM_UP, len(timeline.weights))):
+            run.frame(timeline, number)
+    for start in range(0, len(timeline.weights), TURN):
+        for run, row in zip(runs, seconds, strict=True):
+            for number in range(start, min(start + TURN, len(timeline.weights))):
+                begin = clock()
+                run.frame(timeline, number)
+                row[number] = clock() - begin
+    return seconds
