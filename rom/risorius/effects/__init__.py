@@ -8,7 +8,8 @@ from __future__ import annotations
 from risorius.effects.effect import Effect, Surroundings, Touch
 from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
+from risorius.effects.touch import TouchResponse
 
 __all__ = ["EFFECTS", "Effect", "Surroundings", "Touch"]
 
-EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Gravity)}
+EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Gravity, TouchResponse)}
