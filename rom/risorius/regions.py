@@ -29,15 +29,15 @@ MOVERS: dict[str, tuple[str, ...]] = {
     "brows": ("frontalis", "corrugator", "depressor_supercilii", "procerus"),
 }
 """How the names of the parameters of each region begin."""
-# Of what a muscle does where it moves the skin most; a mouth is closed by muscles on all its sides, the chin among them.
+# Of what a muscle does where it moves the skin most; without the weaker parts a mouth has a gap above the chin.
 SHARES = {"mouth": 0.3, "eyes": 0.5, "brows": 0.5}
 
 
 def region_vertices(model: ReducedModel, region: str | tuple[int, ...]) -> Numbers:
     """Numbers (n,) of the vertices of a region, ascending.
 
-    A named one is where one of its muscles alone, at full activation, moves the skin by a share, SHARES, of its largest motion.
-    Raises InputError for vertices that do not exist, or where the model has none of the muscles.
+    A named one is where one of its muscles alone, at full activation, moves the skin by one of SHARES
+    of its largest motion. Raises InputError for vertices that do not exist, or where the model has none of them.
     """
     count = len(model.rest_vertices)
     if region == "full":
