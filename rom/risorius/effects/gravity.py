@@ -46,6 +46,7 @@ class Gravity:
     ) -> None:
         self.fields = fields
         self._states, self._spread, self._mean, self._weights = states, spread, mean, weights
+        self._half_squares = 0.5 * np.square(states).sum(axis=1)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Gravity | None:
@@ -62,7 +63,8 @@ class Gravity:
         states = np.vstack([np.zeros(snapshots.parameters.shape[1]), snapshots.parameters[rows]])
         modes = _modes(responses.reshape(3 * len(states), -1))
         found = (responses.reshape(3 * len(states), -1) @ modes.T).reshape(len(states), -1).astype(np.float64)
-        distances = _distances(states, states)
+        squares = np.square(states).sum(axis=1)
+        distances = squares[:, None] + squares - 2.0 * states @ states.T
         spread = float(np.median(distances[np.triu_indices(len(states), 1)]))
         ridge = np.full(len(states), RIDGE)
         ridge[0] = RIDGE_AT_REST
@@ -87,7 +89,8 @@ class Gravity:
         own[:] = 0.0
         if surroundings.gravity is None:
             return
-        kernels = np.exp(_distances(parameters[None], self._states)[0] / (-2.0 * self._spread))
+        half_distances = self._half_squares + 0.5 * (parameters @ parameters) - self._states @ parameters
+        kernels = np.exp(half_distances / -self._spread)
         np.dot(surroundings.gravity - UPRIGHT, self._mean + (kernels @ self._weights).reshape(3, -1), out=own)
 
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
@@ -121,12 +124,6 @@ class Gravity:
         """Load what `write` stored."""
         fields, states, mean, weights = (group[name][()] for name in ("fields", "states", "mean", "weights"))
         return cls(fields, states, float(group.attrs["spread"]), mean, weights)
-
-
-def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Squared distances (a, b) of parameters (a, p) and (b, p)."""
-    squares = np.square(one).sum(axis=1)[:, None] + np.square(other).sum(axis=1)
-    return np.maximum(squares - 2.0 * one @ other.T, 0.0)
 
 
 def _modes(responses: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

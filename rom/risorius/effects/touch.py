@@ -76,7 +76,7 @@ class TouchResponse:
         for touch in surroundings.touches:
             if not _is_number_below(touch.vertex, count):
                 raise InputError(f"touch: there is no vertex {touch.vertex!r}; give one of 0 to {count - 1}")
-        farthest = float(np.linalg.norm(self._moved(surroundings.touches).reshape(-1, 3), axis=1).max())
+        farthest = max(self._distance(touch.vertex, surroundings.touches) for touch in surroundings.touches)
         if farthest > FARTHEST:
             forces = ", ".join(
                 f"{np.linalg.norm(touch.force):.3g} N on {touch.vertex}" for touch in surroundings.touches
@@ -107,6 +107,11 @@ class TouchResponse:
         for touch in touches:
             moved += self._column(touch.vertex) @ touch.force.astype(np.float32)
         return moved
+
+    def _distance(self, vertex: int, touches: tuple[Touch, ...]) -> float:
+        """How far a vertex moves: nothing moves farther than what is touched."""
+        rows = slice(3 * vertex, 3 * vertex + 3)
+        return float(np.linalg.norm(sum(self._column(touch.vertex)[rows] @ touch.force for touch in touches)))
 
     def _column(self, vertex: int) -> npt.NDArray[np.float32]:
         """Displacement (3 n, 3) of the vertices by a newton on one of them along x, y and z of the head."""
