@@ -39,10 +39,9 @@ def _bumps(points: FloatArray, graph: sp.csr_matrix) -> sp.csr_matrix:
 
     One after the other: all distances at once would take memory as the square of the surface.
     """
-    places = np.round(points, 7)
-    free = np.ones(len(points), dtype=bool)
+    free = ~beside_middle(points, SPACING)
     rows = []
-    for vertex in np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0]))):
+    for vertex in outwards(points):
         if not free[vertex]:
             continue
         distance = dijkstra(graph, directed=False, indices=vertex, limit=RADIUS)
@@ -50,3 +49,15 @@ def _bumps(points: FloatArray, graph: sp.csr_matrix) -> sp.csr_matrix:
         ratio = np.minimum(distance / RADIUS, 1.0)
         rows.append(sp.csr_matrix((1.0 - ratio) ** 4 * (4.0 * ratio + 1.0)))
     return sp.csr_matrix(sp.vstack(rows))
+
+
+def outwards(points: FloatArray) -> npt.NDArray[np.int64]:
+    """Numbers of points (n, 3) from the plane of symmetry, x = 0, outwards, mirror images after each other."""
+    places = np.round(points, 7)
+    return np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))
+
+
+def beside_middle(points: FloatArray, spacing: float) -> npt.NDArray[np.bool_]:
+    """Points (n, 3) that are nearer than `spacing` to their mirror image, and not on the plane of symmetry."""
+    away = np.abs(points[:, 0])
+    return np.asarray((away > 1e-7) & (away < 0.5 * spacing))
