@@ -13,10 +13,13 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
+from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
+from risorius.effects.touch import Tissue, TouchResponse
 from risorius.error_bound import ErrorBound
 from risorius.evaluators import PolynomialMap, Setting, Superposition
 from risorius.inputs import InputTable
@@ -73,12 +76,18 @@ def synthetic_model() -> ReducedModel:
 
 @pytest.fixture(scope="session")
 def lively_model(synthetic_model: ReducedModel) -> ReducedModel:
-    """The synthetic model with inertia: three vibrations that its coordinates push."""
+    """The synthetic model with inertia, three vibrations that its coordinates push, gravity, and springs to touch."""
     rng = np.random.default_rng(8)
     fields = 1e-3 * rng.normal(size=(3, len(synthetic_model.rest_vertices), 3))
     static = rng.normal(size=(3, synthetic_model.rank))
     inertia = Inertia(fields.astype(np.float32), np.array([1e3, 5e3, 2e4]), static, synthetic_model.lifts, 2)
-    return replace(synthetic_model, effects={"inertia": inertia})
+    sagging = 1e-3 * rng.normal(size=(2, len(synthetic_model.rest_vertices), 3))
+    states, weights = np.eye(5)[:2], 0.02 * rng.normal(size=(2, 6))
+    gravity = Gravity(sagging.astype(np.float32), states, 1.0, 0.1 * rng.normal(size=(3, 2)), weights)
+    vertices = len(synthetic_model.rest_vertices)
+    springs = Tissue(sp.diags_array(np.linspace(100.0, 300.0, 3 * vertices), format="csr"))
+    touch = TouchResponse(springs, sp.identity(3 * vertices, format="csr"), (0, 1, 2), vertices)
+    return replace(synthetic_model, effects={"inertia": inertia, "gravity": gravity, "touch": touch})
 
 
 @pytest.fixture(scope="session")

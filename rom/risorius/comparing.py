@@ -33,12 +33,14 @@ class SceneRun:
     def __init__(self, model: ReducedModel, scene: Scene) -> None:
         self.scene, self.engine = scene, Engine(model, scene)
         self._columns = [model.inputs.names.index(name) for name in self.engine.inputs]
-        self._timed = "inertia" in self.engine.effects
+        self._timed, self._weighed = ("inertia" in self.engine.effects), ("gravity" in self.engine.effects)
 
     def frame(self, timeline: Timeline, number: int) -> npt.NDArray[np.float32]:
         """Vertices (n, 3) of a frame; frames follow each other, and the first has none before it."""
         step = float(timeline.steps[number]) if self._timed and number else None
-        return self.engine.evaluate(timeline.weights[number, self._columns], step=step).vertices
+        gravity = timeline.gravity[number] if self._weighed else None
+        weights = timeline.weights[number, self._columns]
+        return self.engine.evaluate(weights, step=step, gravity=gravity).vertices
 
 
 def deviations(reference: SceneRun, others: Sequence[SceneRun], timeline: Timeline) -> list[Deviation]:

@@ -55,12 +55,12 @@ def planned(model: ReducedModel, scene: Scene) -> Plan:
     if table == model.inputs and len(vertices) == len(model.rest_vertices):
         return Plan(model, vertices, muscles)
     part = _part(model, table, vertices)
-    reach = _largest_coordinates(model, table, part)
+    states = _states(model, table, part)
     if muscles is None:  # whose work takes all modes
-        part = part.with_modes(_excited(model, part, reach[model.lifts :]))
+        part = part.with_modes(_excited(model, part, np.abs(states[:, model.lifts :]).max(axis=0)))
     else:
         muscles = muscles.within(part.parameters[: len(table.muscles)], part.coordinates)
-    return Plan(_reduced(model, table, part, triangles, reach), vertices, muscles)
+    return Plan(_reduced(model, table, part, triangles, states), vertices, muscles)
 
 
 def _points(model: ReducedModel, scene: Scene) -> tuple[OperatingPoint, ...]:
@@ -157,18 +157,18 @@ def _part(model: ReducedModel, table: InputTable, vertices: Numbers) -> Part:
     )
 
 
-def _largest_coordinates(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
-    """Size (r,) of the largest coordinates that the inputs bring about, with every evaluator of the points."""
+def _states(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
+    """Coordinates (s, r) that samples of the inputs bring about, with every evaluator of the points."""
     settings = {point.setting.method: point.setting for point in sorted(model.points, key=lambda one: one.setting.rank)}
     ways = pipelines(model, settings.values(), tuple(model.effects.values()))
-    largest = np.zeros(model.rank)
+    states = []
     for drawn in _samples(table):
         parameters = np.zeros(len(model.inputs.parameters))
         parameters[part.parameters] = drawn
         for way in ways:
             way.solve(parameters)
-            np.maximum(largest, np.abs(way.coordinates[: model.rank]), out=largest)
-    return largest
+            states.append(way.coordinates[: model.rank].copy())
+    return np.array(states)
 
 
 def _samples(table: InputTable) -> FloatArray:
@@ -202,11 +202,9 @@ def _excited(model: ReducedModel, part: Part, reach: FloatArray) -> Numbers:
 
 
 def _reduced(
-    model: ReducedModel, table: InputTable, part: Part, triangles: npt.NDArray[np.int32], reach: FloatArray
+    model: ReducedModel, table: InputTable, part: Part, triangles: npt.NDArray[np.int32], states: FloatArray
 ) -> ReducedModel:
     """Return what a part is, with triangles of its own."""
-    lost = np.ones(model.rank, bool)
-    lost[part.coordinates] = False
     return replace(
         model,
         inputs=table,
@@ -218,5 +216,5 @@ def _reduced(
         points=tuple(replace(point, setting=point.setting.within(part)) for point in model.points),
         colours=model.colours[part.vertices] if len(model.colours) else model.colours,
         effects={name: effect.within(part) for name, effect in model.effects.items()},
-        watch=None if model.watch is None else model.watch.within(part.coordinates, np.where(lost, reach, 0.0)),
+        watch=None if model.watch is None else model.watch.within(part.coordinates, states),
     )

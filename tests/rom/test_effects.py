@@ -12,12 +12,12 @@ SMILE = {"AU12": 1.0}
 
 
 def test_a_scene_builds_the_effects_of_the_model_unless_they_are_off(lively_model, synthetic_model):
-    assert risorius.Engine(lively_model).effects == ("inertia",)
-    assert risorius.Engine(lively_model, risorius.Scene(inertia=False)).effects == ()
+    assert risorius.Engine(lively_model).effects == ("inertia", "gravity", "touch")
+    assert risorius.Engine(lively_model, risorius.Scene(inertia=False)).effects == ("gravity", "touch")
     assert risorius.Engine(synthetic_model).effects == ()
 
 
-@pytest.mark.parametrize("effect", ["inertia"])
+@pytest.mark.parametrize("effect", ["inertia", "gravity", "touch"])
 def test_an_effect_that_the_model_lacks_is_refused_with_what_it_takes(synthetic_model, effect):
     with pytest.raises(InputError, match=rf"scene: {effect}: model 'synthetic' is without; train it from"):
         risorius.Engine(synthetic_model, risorius.Scene(**{effect: True}))
@@ -40,7 +40,8 @@ def test_a_model_with_effects_is_the_same_from_its_file(lively_model, tmp_path):
     lively_model.save(tmp_path / "model.h5")
     engines = [risorius.Engine(model) for model in (lively_model, risorius.load(tmp_path / "model.h5"))]
     for step in (None, 0.01, 0.02, 0.01):
-        ours, theirs = (engine.evaluate(SMILE if step else {}, step=step).vertices for engine in engines)
+        arguments = {"step": step, "gravity": (0.0, 0.0, -9.81), "touches": [risorius.Touch(7, (0.0, 0.1, -0.2))]}
+        ours, theirs = (engine.evaluate(SMILE if step else {}, **arguments).vertices for engine in engines)
         np.testing.assert_array_equal(ours, theirs)
 
 
@@ -59,6 +60,7 @@ def test_a_refused_frame_leaves_the_motion_as_it_was(lively_model):
         engine.evaluate({})
         engine.evaluate(SMILE, step=0.02)
     refused = [{"step": -1.0}, {"step": 0.02, "out": np.zeros((3, 3), np.float32)}, {"gravity": (0.0, np.nan, 0.0)}]
+    refused += [{"step": 0.02, "touches": [risorius.Touch(vertex, (0.0, 0.0, -9.0))]} for vertex in (-1, 3, 320)]
     for arguments in refused:
         with pytest.raises(InputError):
             disturbed.evaluate({"AU12": 0.2}, **arguments)
@@ -71,5 +73,62 @@ def test_vertices_in_other_axes_move_alike(lively_model):
     engines = risorius.Engine(lively_model), risorius.Engine(lively_model.in_axes(order))
     for engine in engines:
         engine.evaluate({})
-    ours, turned = (engine.evaluate(SMILE, step=0.02).vertices for engine in engines)
+    outside = {"gravity": (3.0, 0.0, -9.0), "touches": [risorius.Touch(40, (0.1, 0.2, -0.3))]}
+    ours, turned = (engine.evaluate(SMILE, step=0.02, **outside).vertices for engine in engines)
     np.testing.assert_allclose(ours[:, order], turned, atol=1e-8)
+
+
+def test_a_head_that_lies_down_sags_with_the_lag_of_its_tissue(lively_model):
+    lying = {"gravity": (0.0, 0.0, -9.81)}
+    engine, without = risorius.Engine(lively_model), risorius.Engine(lively_model, risorius.Scene(inertia=False))
+    upright, still = (without.evaluate(SMILE, **arguments).vertices for arguments in ({}, lying))
+    assert np.abs(still - upright).max() > 1e-4
+    engine.evaluate(SMILE)
+    sagging = [engine.evaluate(SMILE, step=0.02, **lying).vertices for _ in range(40)]
+    assert np.abs(sagging[0] - upright).max() < 0.5 * np.abs(still - upright).max()
+    np.testing.assert_allclose(sagging[-1], still, atol=1e-7)
+
+
+def test_a_touch_moves_its_vertex_and_leaves_nothing_behind(lively_model):
+    engine = risorius.Engine(lively_model, risorius.Scene(inertia=False))
+    touched, free = (engine.evaluate(SMILE, touches=touches).vertices for touches in ([_touch(9, 0.2)], []))
+    moved = touched - free
+    stiffness = np.linspace(100.0, 300.0, 3 * len(free))[3 * 9 + 2]
+    assert moved[9, 2] == pytest.approx(0.2 / stiffness, rel=1e-4)
+    assert np.abs(np.delete(moved, 9, axis=0)).max() == 0.0
+
+
+def test_a_region_is_touched_by_the_numbers_of_its_own_vertices(lively_model):
+    whole, part = (
+        risorius.Engine(lively_model, risorius.Scene(inertia=False, region=region))
+        for region in ("full", tuple(range(100, 200)))
+    )
+    number = int(np.flatnonzero(part.vertex_numbers == 150)[0])
+    ours = whole.evaluate(SMILE, touches=[_touch(150, 0.2)]).vertices[part.vertex_numbers]
+    theirs = part.evaluate(SMILE, touches=[_touch(number, 0.2)]).vertices
+    np.testing.assert_allclose(ours, theirs, atol=1e-5)
+    assert np.abs(ours - whole.evaluate(SMILE).vertices[part.vertex_numbers]).max() > 5e-4
+
+
+@pytest.mark.parametrize(
+    ("vertex", "force", "message"),
+    [
+        (320, 0.1, "touch: there is no vertex 320; give one of 0 to 319"),
+        (-1, 0.1, "touch: there is no vertex -1"),
+        (3.5, 0.1, "touch: there is no vertex 3.5"),
+        (5, 9.0, r"touch: 9 N on 5 moves the skin by 86.9 mm, more than the 5 mm"),
+    ],
+)
+def test_touches_that_the_model_cannot_show_are_refused(lively_model, vertex, force, message):
+    with pytest.raises(InputError, match=message):
+        risorius.Engine(lively_model).evaluate(SMILE, touches=[_touch(vertex, force)])
+
+
+@pytest.mark.parametrize("force", [(0.0, 0.0, np.inf), (0.0, 1.0), "much"])
+def test_a_force_is_three_finite_numbers(force):
+    with pytest.raises(InputError, match=r"touch of vertex 3: force .*; give three finite numbers"):
+        risorius.Touch(3, force)
+
+
+def _touch(vertex, force):
+    return risorius.Touch(vertex, (0.0, 0.0, force))

@@ -163,3 +163,15 @@ def test_a_watch_comes_back_from_the_file(watched_model, tmp_path):
     loaded = risorius.load(tmp_path / "model.h5").watch
     np.testing.assert_array_equal(loaded.gradients, watched_model.watch.gradients)
     assert loaded.longest == watched_model.watch.longest
+
+
+def test_a_part_watches_what_its_inputs_squeeze_and_its_coordinates_tell():
+    """Points are squeezed by the first coordinate; by the last, which is lost; by both, the last a little; by none."""
+    gradients = np.zeros((3, 4, 9), np.float32)
+    gradients[0, [0, 2, 3], 0] = -1.0, -1.0, -0.1
+    gradients[2, [1, 2], 0] = -1.0, -0.01
+    watch = Watch(gradients, longest=3.0)
+    states = np.array([[0.8, 0.0, 0.9], [0.0, 0.0, 0.0]])
+    part = watch.within(np.array([0, 1]), states)
+    np.testing.assert_array_equal(part.gradients, gradients[:2][:, [0, 2]])
+    assert watch.within(np.array([0, 1]), 0.1 * states) is None

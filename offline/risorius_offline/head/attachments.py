@@ -28,6 +28,7 @@ JAW_TO_RIM = 34.0  # no closer to the held rim does tissue follow the mandible, 
 # Where the forehead glides on the bone: above the brow, less far down at the glabella, within the temporal lines.
 BROW, BROW_AT_GLABELLA, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 33.0, 10.0, 50.0, 12.0
 CANTHUS = 1.6  # about the corner of the eye, held by its tendon
+PLATE_END = 3.2  # no closer to the corner is tissue part of the plate: what is between has to bear its turning
 # The tarsal plate: nodes about the margin of the upper lid, and how far in front of the eyeball they are sought.
 BELOW_MARGIN, ABOVE_MARGIN, PLATE_DEPTH = 0.5, 1.0, 8.0
 
@@ -63,12 +64,12 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
     skull = (~below_hinge & ~free) | rim
     corners = margins[[0, -1], :2]
-    canthi = np.linalg.norm(np.column_stack([x, y])[:, None] - corners, axis=2).min(axis=1) < CANTHUS
+    to_corner = np.linalg.norm(np.column_stack([x, y])[:, None] - corners, axis=2).min(axis=1)
     above = y - np.interp(x, margins[:, 0], margins[:, 1])
     plate = (above > -BELOW_MARGIN) & (above < ABOVE_MARGIN) & (to_eye < EYE_RADIUS + PLATE_DEPTH)
-    plate &= (x > margins[0, 0]) & (x < margins[-1, 0]) & ~canthi
+    plate &= (x > margins[0, 0]) & (x < margins[-1, 0]) & (to_corner > PLATE_END)
     lids = np.where(plate, np.where(deep[:, 0] > 0.0, LEFT_LID, RIGHT_LID), 0).astype(np.int8)
-    return Attachments(skull, jaw, canthi, lids)
+    return Attachments(skull, jaw, to_corner < CANTHUS, lids)
 
 
 def _below_mandible(x: FloatArray, y: FloatArray, z: FloatArray) -> Flags:

@@ -6,8 +6,10 @@ A new effect is one file here with a class that satisfies `Effect`, one line in 
 from __future__ import annotations
 
 from risorius.effects.effect import Effect, Surroundings, Touch
+from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
+from risorius.effects.touch import TouchResponse
 
 __all__ = ["EFFECTS", "Effect", "Surroundings", "Touch"]
 
-EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia,)}
+EFFECTS: dict[str, type[Effect]] = {kind.name: kind for kind in (Inertia, Gravity, TouchResponse)}

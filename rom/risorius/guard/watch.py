@@ -18,6 +18,7 @@ from risorius.poses import Poses
 POINTS = 128
 RANDOM_STATES = 256  # of the evaluator, for inputs that no snapshot was made of
 ACTIVE_SHARES = (0.1, 0.3, 1.0)  # of the inputs of a random state
+SQUEEZED = 0.5  # J: a point that samples do not squeeze further is not about to fold
 NEGLIGIBLE_CHANGE = 0.02  # of J, by coordinates that a part of a model is without
 BLOCK = 1024  # points whose J are found at once
 
@@ -39,13 +40,16 @@ class Watch:
         """Return that of the first coordinates only."""
         return replace(self, gradients=self.gradients[:count])
 
-    def within(self, coordinates: npt.NDArray[np.int64], lost: FloatArray) -> Watch | None:
-        """Return that of some coordinates, at points where the others, of sizes `lost` (r,), hardly change J.
+    def within(self, coordinates: npt.NDArray[np.int64], states: FloatArray) -> Watch | None:
+        """Return that of some coordinates, at points that states (s, r) squeeze and the others hardly have a part in.
 
         None where there is no such point.
         """
+        lost = np.abs(states).max(axis=0)
+        lost[coordinates] = 0.0
         change = np.tensordot(lost, np.linalg.norm(self.gradients, axis=2), axes=1)
-        points = np.flatnonzero(change <= NEGLIGIBLE_CHANGE)
+        smallest = np.min([self.jacobians(state) for state in states], axis=0)
+        points = np.flatnonzero((change <= NEGLIGIBLE_CHANGE) & (smallest < SQUEEZED))
         if not len(points):
             return None
         return replace(self, gradients=np.ascontiguousarray(self.gradients[np.ix_(coordinates, points)]))
