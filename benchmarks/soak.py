@@ -1,8 +1,9 @@
 """A million inputs of every kind through one engine, and whether anything wears: benchmarks/soak.py MODEL.
 
-Ordinary, strong, stepped, out-of-range and non-finite values come as a stream brings them; with inertia each frame has
-a time step, with touch some have a force. Prints frames that break a verdict of the gauntlet, growth of memory, and
-the CPU time of a frame in the last tenth against the first; exits 1 where one of these is not as it should be.
+Ordinary, strong, stepped, out-of-range and non-finite values come as a stream brings them; frames have a time step, a
+direction of gravity and now and then a touch where the model has these effects. Prints frames that break a verdict of
+the gauntlet, growth of memory, and the CPU time of a frame in the last tenth against the first; exits 1 where one of
+these is not as it should be.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from risorius.stream import InputGate
 STEPS = (1e-4, 1e-3, 1.0 / 60.0, 0.1)
 SHARES = (0.05, 0.1, 0.3, 1.0)
 WARM_UP = 2000
+TOUCHED = 8  # vertices: a new one costs a solve
 BLOCK = 20  # inputs of one kind after each other
 JUDGED_EVERY = 50  # frames are judged from outside; all of them by their flags
 MOST_GROWTH, MOST_DRIFT = 5e6, 0.1  # bytes, of the time of a frame
@@ -79,7 +81,7 @@ def run(bench: Bench, judge: Judge, gate: InputGate, stream: Iterator[Ask], inpu
 def asks(bench: Bench, gate: InputGate) -> Iterator[Ask]:
     """Never ends; blocks of inputs of one kind, now and then with values that are none."""
     rng, names = np.random.default_rng(0), bench.model.inputs.names
-    inertia, touch = ("inertia" in bench.engine.effects), ("touch" in bench.engine.effects)
+    inertia, gravity, touch = (name in bench.engine.effects for name in ("inertia", "gravity", "touch"))
     while True:
         rows = bench.random(int(rng.integers(1 << 30)), rng.choice(SHARES), BLOCK)
         if rng.random() < 0.3:
@@ -88,13 +90,21 @@ def asks(bench: Bench, gate: InputGate) -> Iterator[Ask]:
         rows[bad, rng.integers(0, len(names), bad.sum())] = rng.choice(BAD, bad.sum())
         steps = rng.choice(STEPS, BLOCK).tolist() if inertia else [None] * BLOCK
         touched = (rng.random(BLOCK) < 0.1) & touch
+        down = _direction(rng) if gravity else None
         for values, step, pushed in zip(rows.tolist(), steps, touched, strict=True):
             touches = (_touch(bench, rng),) if pushed else ()
-            yield Ask(gate.weights(zip(names, values, strict=True)), step=step, touches=touches, may_refuse=True)
+            weights = gate.weights(zip(names, values, strict=True))
+            yield Ask(weights, step=step, gravity=down, touches=touches, may_refuse=True)
+
+
+def _direction(rng: np.random.Generator) -> np.ndarray:
+    vector = rng.normal(size=3)
+    return 9.81 / np.linalg.norm(vector) * vector
 
 
 def _touch(bench: Bench, rng: np.random.Generator) -> Touch:
-    return Touch(int(rng.integers(len(bench.model.rest_vertices))), rng.normal(0.0, 0.02, 3))
+    places = np.linspace(0, len(bench.model.rest_vertices) - 1, TOUCHED, dtype=np.int64)
+    return Touch(int(rng.choice(places)), rng.normal(0.0, 0.02, 3))
 
 
 def memory() -> float:
