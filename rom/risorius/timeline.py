@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,6 +66,14 @@ class Timeline:
         weights = np.array([table.weights(loop.weights(seconds)) for seconds in times])
         steps, gravity = np.full(len(times), 1.0 / RATE), np.tile(UPRIGHT, (len(times), 1))
         return cls("the loop of expressions", weights, steps, gravity)
+
+    def weights_of(self, names: Sequence[str], table: InputTable) -> FloatArray:
+        """Weights (f, k) of some inputs, or of muscles, whose weights are the activations that the inputs ask for."""
+        if set(names) <= set(table.names):
+            return self.weights[:, [table.names.index(name) for name in names]]
+        activations = np.array([table.to_parameters(row) for row in self.weights])
+        both = dict(zip((*table.parameters, *table.names), np.hstack([activations, self.weights]).T, strict=True))
+        return np.column_stack([both[name] for name in names])
 
 
 def _weights(row: dict[str, str], table: InputTable) -> dict[str, float]:

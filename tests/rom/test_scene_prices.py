@@ -36,7 +36,7 @@ def counted(monkeypatch):
     def cost(run):
         return len(run.engine.inputs) + 10 * run.scene.nonlinear
 
-    monkeypatch.setattr(suggesting, "frame_times", lambda runs, timeline: np.array([[cost(run)] for run in runs]))
+    monkeypatch.setattr(suggesting, "frame_times", lambda runs: np.array([[cost(run)] for run in runs]))
 
 
 def gap(model, first, second, weights):

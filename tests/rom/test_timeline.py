@@ -39,6 +39,14 @@ def test_columns_may_be_named_as_inputs(tmp_path, table):
     np.testing.assert_allclose(found.steps, 1.0 / 60.0)
 
 
+def test_a_muscle_does_what_the_inputs_ask_of_it(tmp_path, table):
+    found = read(tmp_path, "AU12_L,jaw_open\n0.5,0.1\n0,0\n", table)
+    np.testing.assert_allclose(
+        found.weights_of(("jaw_open", "zygomaticus_major_L", "zygomaticus_major_R"), table),
+        [[0.1, 0.5, 0.0], [0.0, 0.0, 0.0]],
+    )
+
+
 def test_expressions_make_a_timeline_that_begins_at_rest(table):
     found = Timeline.of_expressions(table)
     assert not found.weights[0].any()
