@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.errors import InputError
-from risorius.jaw import FloatArray
+from risorius.jaw import FloatArray, JawMotion
 from risorius.poses import Poses
 from risorius.surface import Colours
 
@@ -41,11 +41,7 @@ class Companion:
         """
         if self.moves_with == SKULL or poses.jaw is None:
             return np.zeros((0, 4, 4))
-        at_origin, *at_axes = np.moveaxis(poses.jaw.unit_motions(np.vstack([np.zeros(3), np.eye(3)])), 1, 0)
-        transforms = np.zeros((poses.jaw.lift_count, 4, 4))
-        transforms[:, :3, :3] = np.stack([moved - at_origin for moved in at_axes], axis=-1)
-        transforms[:, :3, 3] = at_origin
-        return transforms
+        return unit_transforms(poses.jaw)
 
     def posed(self, poses: Poses, coordinates: npt.NDArray[np.floating]) -> FloatArray:
         """Points (k, 3) where the coordinates (r,) of a frame, or the lift coordinates of its poses, put them."""
@@ -64,6 +60,15 @@ class Companion:
         """Load what `write` stored."""
         points, triangles, colours = (group[name][()] for name in ("points", "triangles", "colours"))
         return cls(points, triangles, colours, str(group.attrs["moves_with"]))
+
+
+def unit_transforms(jaw: JawMotion) -> FloatArray:
+    """(4, 4, 4) of homogeneous points of the jaw, so that I + sum_k q_k T_k moves them; q are lift coordinates."""
+    at_origin, *at_axes = np.moveaxis(jaw.unit_motions(np.vstack([np.zeros(3), np.eye(3)])), 1, 0)
+    transforms = np.zeros((jaw.lift_count, 4, 4))
+    transforms[:, :3, :3] = np.stack([moved - at_origin for moved in at_axes], axis=-1)
+    transforms[:, :3, 3] = at_origin
+    return transforms
 
 
 def posed_companions(

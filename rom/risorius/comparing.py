@@ -28,44 +28,52 @@ class Deviation:
 
 
 class SceneRun:
-    """A scene of a model, played along timelines of the whole model's inputs. Not thread-safe."""
+    """A scene of a model, played along a timeline of the whole model's inputs. Not thread-safe.
 
-    def __init__(self, model: ReducedModel, scene: Scene) -> None:
-        self.scene, self.engine = scene, Engine(model, scene)
-        self._columns = [model.inputs.names.index(name) for name in self.engine.inputs]
-        self._timed = "inertia" in self.engine.effects
+    weights: (f, inputs) of the scene's inputs.
+    """
 
-    def frame(self, timeline: Timeline, number: int) -> npt.NDArray[np.float32]:
+    def __init__(self, model: ReducedModel, scene: Scene, timeline: Timeline) -> None:
+        self.scene, self.engine, self._timeline = scene, Engine(model, scene), timeline
+        self.weights = np.ascontiguousarray(timeline.weights_of(self.engine.inputs, model.inputs))
+        self._timed, self._weighed = ("inertia" in self.engine.effects), ("gravity" in self.engine.effects)
+
+    def __len__(self) -> int:
+        return len(self.weights)
+
+    def frame(self, number: int) -> npt.NDArray[np.float32]:
         """Vertices (n, 3) of a frame; frames follow each other, and the first has none before it."""
-        step = float(timeline.steps[number]) if self._timed and number else None
-        return self.engine.evaluate(timeline.weights[number, self._columns], step=step).vertices
+        step = float(self._timeline.steps[number]) if self._timed and number else None
+        gravity = self._timeline.gravity[number] if self._weighed else None
+        return self.engine.evaluate(self.weights[number], step=step, gravity=gravity).vertices
 
 
-def deviations(reference: SceneRun, others: Sequence[SceneRun], timeline: Timeline) -> list[Deviation]:
-    """How far the vertices that each of the others shares with a reference are from those, over a timeline."""
+def deviations(reference: SceneRun, others: Sequence[SceneRun]) -> list[Deviation]:
+    """How far the vertices that each of the others shares with a reference are from those, over their timeline."""
     shared = [
         np.intersect1d(reference.engine.vertex_numbers, one.engine.vertex_numbers, return_indices=True)[1:]
         for one in others
     ]
     maximum, total = np.zeros(len(others)), np.zeros(len(others))
-    for number in range(len(timeline.weights)):
-        expected = reference.frame(timeline, number)
+    for number in range(len(reference)):
+        expected = reference.frame(number)
         for k, (one, (theirs, ours)) in enumerate(zip(others, shared, strict=True)):
-            apart = np.linalg.norm(one.frame(timeline, number)[ours] - expected[theirs], axis=1)
+            apart = np.linalg.norm(one.frame(number)[ours] - expected[theirs], axis=1)
             maximum[k], total[k] = max(maximum[k], float(apart.max())), total[k] + float(apart.mean())
-    return [Deviation(*pair) for pair in zip(maximum.tolist(), (total / len(timeline.weights)).tolist(), strict=True)]
+    return [Deviation(*pair) for pair in zip(maximum.tolist(), (total / len(reference)).tolist(), strict=True)]
 
 
-def frame_times(runs: Sequence[SceneRun], timeline: Timeline) -> FloatArray:
-    """Seconds (runs, f) of every frame, scenes in turn: what else the machine does falls on all of them alike."""
-    seconds, clock = np.empty((len(runs), len(timeline.weights))), time.perf_counter
+def frame_times(runs: Sequence[SceneRun]) -> FloatArray:
+    """Seconds (runs, f) of every frame of one timeline, scenes in turn: what else the machine does falls on all."""
+    frames = len(runs[0])
+    seconds, clock = np.empty((len(runs), frames)), time.perf_counter
     for run in runs:
-        for number in range(min(WARM_UP, len(timeline.weights))):
-            run.frame(timeline, number)
-    for start in range(0, len(timeline.weights), TURN):
+        for number in range(min(WARM_UP, frames)):
+            run.frame(number)
+    for start in range(0, frames, TURN):
         for run, row in zip(runs, seconds, strict=True):
-            for number in range(start, min(start + TURN, len(timeline.weights))):
+            for number in range(start, min(start + TURN, frames)):
                 begin = clock()
-                run.frame(timeline, number)
+                run.frame(number)
                 row[number] = clock() - begin
     return seconds

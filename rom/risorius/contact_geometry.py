@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import map_coordinates
 
 from risorius import storage
 from risorius.companion import JAW, SKULL
@@ -31,6 +32,20 @@ class Obstacle:
     def __post_init__(self) -> None:
         if self.moves_with not in (SKULL, JAW):
             raise InputError(f"obstacle: moves_with {self.moves_with!r}; give {SKULL!r} or {JAW!r}")
+
+    def distance(self, points: npt.NDArray[np.floating]) -> FloatArray:
+        """Distances (k,) of points (k, 3), as seen from the obstacle at rest; the largest there is beyond the grid."""
+        places = (np.asarray(points, dtype=np.float64) - self.origin) / self.spacing
+        result: FloatArray = map_coordinates(
+            self.distances.astype(np.float64), places.T, order=1, mode="constant", cval=float(self.distances.max())
+        )
+        return result
+
+    def slope(self, points: npt.NDArray[np.floating]) -> FloatArray:
+        """Derivatives (k, 3) of the distance, as differences over a step of the grid."""
+        steps = 0.5 * self.spacing * np.eye(3)
+        sides = [self.distance(points + step) - self.distance(points - step) for step in steps]
+        return np.stack(sides, axis=1) / self.spacing
 
     def write(self, group: h5py.Group) -> None:
         """Store the obstacle in a group of its own."""

@@ -50,11 +50,10 @@ class InputTable:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Inputs in order: one-sided action units, pose weights, muscles that no action unit drives."""
-        units = [name for unit in ACTION_UNITS.values() for name in self._sided_names(unit)]
+        units = [name for unit in ACTION_UNITS.values() for name in self._sided_names(unit) if self._counts(name)]
         driven = {muscle for name in units for muscle in self._drive_of(name)}
         left_over = [muscle for muscle in self.muscles if muscle not in driven]
-        every = (*units, *self.poses, *left_over)
-        return every if self.only is None else tuple(name for name in every if name in self.only)
+        return (*units, *filter(self._counts, self.poses), *filter(self._counts, left_over))
 
     @cached_property
     def drive(self) -> FloatArray:
@@ -144,6 +143,9 @@ class InputTable:
     @cached_property
     def _parameter_index(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.parameters)}
+
+    def _counts(self, name: str) -> bool:
+        return self.only is None or name in self.only
 
     def _sided_names(self, unit: ActionUnit) -> list[str]:
         name = f"AU{unit.number}"

@@ -1,8 +1,8 @@
-"""Action units of OpenFace 2 (Baltrusaitis et al. 2018): the columns `AU01_r` to `AU45_r` of its CSV file.
+"""Action units and head pose of OpenFace 2 (Baltrusaitis et al. 2018): columns of its CSV file.
 
-An intensity runs from 0 (not present) over 1 (minimum) to 5 (maximum), continuously: FACS A to E. OpenFace does not
-tell the sides apart. All other columns, the presences `AU01_c` too, are left alone: AU28, of which it gives the
-presence only, does not come out.
+Action units are the columns `AU01_r` to `AU45_r`. An intensity runs from 0 (not present) over 1 (minimum) to 5
+(maximum), continuously: FACS A to E. OpenFace does not tell the sides apart. All other columns, the presences `AU01_c`
+too, are left alone: AU28, of which it gives the presence only, does not come out.
 """
 
 from __future__ import annotations
@@ -11,9 +11,14 @@ import math
 import re
 from collections.abc import Mapping
 
+from scipy.spatial.transform import Rotation
+
 from risorius.errors import InputError
+from risorius.jaw import FloatArray
 
 LARGEST = 5.0  # FACS E
+ROTATIONS = ("pose_Rx", "pose_Ry", "pose_Rz")
+STANDARD_GRAVITY = 9.81
 
 _INTENSITY = re.compile(r"AU(\d+)_r")
 
@@ -33,6 +38,24 @@ def action_units(row: Mapping[str, float | str]) -> dict[str, float]:
             f"OpenFace row: no column like AU01_r among {', '.join(row) or 'none'}; run OpenFace with -aus"
         )
     return weights
+
+
+def gravity(row: Mapping[str, float | str]) -> FloatArray:
+    """Gravity (3,), m/s2 in the frame of the head, of one row, for a camera that is upright.
+
+    The rotation of the head is Rx Ry Rz, radians about axes to the right of the picture, down, and away from the
+    camera. Raises InputError when one of the angles is not a finite number.
+    """
+    angles = []
+    for column in ROTATIONS:
+        try:
+            angles.append(float(row[column]))
+        except (KeyError, TypeError, ValueError):
+            angles.append(math.nan)
+        if not math.isfinite(angles[-1]):
+            raise InputError(f"{column}: {row.get(column)!r} is not an angle in radians; leave the row out")
+    turned = Rotation.from_euler("XYZ", angles).inv().apply([0.0, STANDARD_GRAVITY, 0.0])
+    return turned * [1.0, -1.0, -1.0]  # y up and z out of the face, here
 
 
 def _checked(column: str, value: float | str) -> float:

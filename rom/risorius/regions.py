@@ -29,14 +29,15 @@ MOVERS: dict[str, tuple[str, ...]] = {
     "brows": ("frontalis", "corrugator", "depressor_supercilii", "procerus"),
 }
 """How the names of the parameters of each region begin."""
-SHARE = 0.5  # of what a muscle does where it moves the skin most
+# Of what a muscle does where it moves the skin most; without the weaker parts a mouth has a gap above the chin.
+SHARES = {"mouth": 0.3, "eyes": 0.5, "brows": 0.5}
 
 
 def region_vertices(model: ReducedModel, region: str | tuple[int, ...]) -> Numbers:
     """Numbers (n,) of the vertices of a region, ascending.
 
-    A named one is where one of its muscles alone, at full activation, moves the skin by SHARE of its largest motion.
-    Raises InputError for vertices that do not exist, or where the model has none of the muscles.
+    A named one is where one of its muscles alone, at full activation, moves the skin by one of SHARES
+    of its largest motion. Raises InputError for vertices that do not exist, or where the model has none of them.
     """
     count = len(model.rest_vertices)
     if region == "full":
@@ -73,7 +74,7 @@ def _moved(model: ReducedModel, region: str) -> Numbers:
     inside = np.zeros(len(model.rest_vertices), bool)
     for number in chosen:
         size = np.linalg.norm(_single_action(model, number), axis=1)
-        inside |= size >= SHARE * size.max()
+        inside |= size >= SHARES[region] * size.max()
     whole = model.triangles[inside[model.triangles].all(axis=1)]
     return np.unique(whole).astype(np.int64)  # a vertex without a triangle is not seen
 

@@ -20,8 +20,8 @@ class Scene(BaseModel):
     """What one scene calls for. `Scene()` is everything that the model was trained for; docs/scenes.md.
 
     nonlinear: muscles interact; off is superposition (7.8), exact for single actions at full weight only.
-    jaw: the mandible moves. inertia, gravity, touch: docs/effects.md. None is on where the model has it; True is an
-    InputError where it has not.
+    jaw: the mandible moves. contact, inertia, gravity, touch: docs/effects.md. None is on where the model has it; True
+    is an InputError where it has not.
     inputs: action units, poses or muscles that there are, by name; without a side both. None for all of the model.
     region: skin that there is: all, what muscles of mouth, eyes or brows move, or vertices by number.
     resolution: every vertex, or one for each point of the mesh that carries the skin.
@@ -33,6 +33,7 @@ class Scene(BaseModel):
 
     nonlinear: bool = True
     jaw: bool | None = None
+    contact: bool | None = None
     inertia: bool | None = None
     gravity: bool | None = None
     touch: bool | None = None

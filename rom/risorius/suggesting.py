@@ -10,7 +10,7 @@ import numpy as np
 from risorius.comparing import SceneRun, deviations, frame_times
 from risorius.effects import EFFECTS
 from risorius.errors import InputError
-from risorius.inputs import InputTable, without_side
+from risorius.inputs import without_side
 from risorius.model import ReducedModel
 from risorius.scene import Scene
 from risorius.timeline import Timeline
@@ -37,26 +37,23 @@ def suggest(model: ReducedModel, timeline: Timeline, most: float, base: Scene | 
     if not most > 0.0:
         raise InputError(f"largest error {most:g}; give a positive length")
     base = base or Scene()
-    reference = SceneRun(model, base)
-    used = _used_inputs(reference, model.inputs, timeline)
+    reference = SceneRun(model, base, timeline)
+    used = _used_inputs(reference, timeline)
     plain = base.model_copy(update={"inputs": used})
-    runs = [SceneRun(model, scene) for scene in _choices(plain, reference)]
-    found = deviations(reference, runs, timeline)
+    runs = [SceneRun(model, scene, timeline) for scene in _choices(plain, reference)]
+    found = deviations(reference, runs)
     good = [run for run, one in zip(runs, found, strict=True) if one.maximum <= most]
-    cheapest = good[int(np.median(frame_times(good, timeline), axis=1).argmin())].scene
+    cheapest = good[int(np.median(frame_times(good), axis=1).argmin())].scene
     scene = _with_fewer_inputs(model, reference, cheapest, timeline, most)
-    last = SceneRun(model, scene)
-    seconds, whole = np.median(frame_times([last, reference], timeline), axis=1)
-    return Suggestion(scene, deviations(reference, [last], timeline)[0].maximum, float(seconds), float(whole))
+    last = SceneRun(model, scene, timeline)
+    seconds, whole = np.median(frame_times([last, reference]), axis=1)
+    return Suggestion(scene, deviations(reference, [last])[0].maximum, float(seconds), float(whole))
 
 
-def _used_inputs(reference: SceneRun, table: InputTable, timeline: Timeline) -> tuple[str, ...]:
+def _used_inputs(reference: SceneRun, timeline: Timeline) -> tuple[str, ...]:
     """Names of the inputs of a scene that a timeline moves; those of two sides by one name, where both are moved."""
-    moved = {
-        name
-        for name, weights in zip(table.names, timeline.weights.T, strict=True)
-        if weights.any() and name in reference.engine.inputs
-    }
+    table = reference.engine.model.inputs
+    moved = {name for name, weights in zip(table.names, reference.weights.T, strict=True) if weights.any()}
     if not moved:
         raise InputError(f"{timeline.name}: moves no input of the scene; its inputs: {', '.join(table.names)}")
     names = dict[str, None]()
@@ -78,16 +75,16 @@ def _with_fewer_inputs(
     model: ReducedModel, reference: SceneRun, scene: Scene, timeline: Timeline, most: float
 ) -> Scene:
     """Leave inputs out, those with the least weight first, as long as the face stays within `most` metres."""
-    table = model.inputs
+    aliases = reference.engine.model.inputs.aliases
 
     def largest(name: str) -> float:
-        return float(np.abs(timeline.weights[:, list(table.aliases[name])]).max())
+        return float(np.abs(reference.weights[:, list(aliases[name])]).max())
 
     for name in sorted(scene.inputs or (), key=largest):
         fewer = scene.model_copy(update={"inputs": tuple(one for one in scene.inputs or () if one != name)})
         if not fewer.inputs:
             return scene
-        if deviations(reference, [SceneRun(model, fewer)], timeline)[0].maximum > most:
+        if deviations(reference, [SceneRun(model, fewer, timeline)])[0].maximum > most:
             return scene
         scene = fewer
     return scene

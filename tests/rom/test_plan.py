@@ -82,8 +82,11 @@ def largest_difference(model, scene, seed=0):
     rng, found = np.random.default_rng(seed), []
     for _ in range(20):
         weights = dict(zip(engine.inputs, rng.uniform(engine.model.inputs.lower, 1.0), strict=True))
-        expected = whole.evaluate(weights).vertices[engine.vertex_numbers]
-        found.append(np.linalg.norm(engine.evaluate(weights).vertices - expected, axis=1).max())
+        muscles = {name: weights.pop(name) for name in set(weights) & set(MUSCLES)}
+        expected = whole.evaluate(weights, muscles=muscles).vertices[engine.vertex_numbers]
+        frame = engine.evaluate(weights, muscles=muscles)
+        assert np.ptp(frame.coordinates) > 0.0
+        found.append(np.linalg.norm(frame.vertices - expected, axis=1).max())
     return max(found)
 
 
@@ -107,6 +110,13 @@ def test_what_no_input_can_drive_is_not_there(model):
     assert left.rank == 4
     assert len(left.evaluators["rational"].products.parents) == 2
     assert left.evaluators["polynomial"].exponents.tolist() == [[0, -1, -1], [0, 0, -1]]
+
+
+def test_a_muscle_that_is_asked_for_by_name_is_an_input(model):
+    engine = Engine(model, Scene(inputs=("frontalis_medialis_R", "AU12")))
+    assert engine.inputs == ("AU12_L", "AU12_R", "frontalis_medialis_R")
+    by_input = engine.evaluate({"frontalis_medialis_R": 0.6}).vertices
+    np.testing.assert_array_equal(by_input, engine.evaluate(muscles={"frontalis_medialis_R": 0.6}).vertices)
 
 
 def test_a_motion_is_kept_whole_and_its_other_weights_stay_zero(model):

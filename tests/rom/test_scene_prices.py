@@ -1,5 +1,7 @@
 """What a scene costs and is worth, and which is enough; clocks are not asked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import typer
@@ -34,7 +36,7 @@ def counted(monkeypatch):
     def cost(run):
         return len(run.engine.inputs) + 10 * run.scene.nonlinear
 
-    monkeypatch.setattr(suggesting, "frame_times", lambda runs, timeline: np.array([[cost(run)] for run in runs]))
+    monkeypatch.setattr(suggesting, "frame_times", lambda runs: np.array([[cost(run)] for run in runs]))
 
 
 def gap(model, first, second, weights):
@@ -73,7 +75,7 @@ def test_what_the_base_leaves_out_stays_out(synthetic_model, smile):
 def test_no_error_and_no_motion_are_refused(synthetic_model, smile):
     with pytest.raises(InputError, match="largest error 0; give a positive length"):
         suggest(synthetic_model, smile, most=0.0)
-    still = Timeline("still", 0.0 * smile.weights, smile.steps)
+    still = replace(smile, name="still", weights=0.0 * smile.weights)
     with pytest.raises(InputError, match="still: moves no input of the scene"):
         suggest(synthetic_model, still, most=1e-3)
 

@@ -4,10 +4,10 @@ import pytest
 from risorius.errors import InputError
 from risorius.timeline import Timeline
 
-OPENFACE = """frame, timestamp, confidence, AU12_r, AU26_r, AU45_r, AU12_c
-1, 0.0, 0.9, 0.0, 0.0, 1.0, 0
-2, 0.04, 0.9, 2.5, 1.0, 0.0, 1
-3, 0.1, 0.9, 5.0, 0.0, 0.0, 1
+OPENFACE = """frame, timestamp, pose_Rx, pose_Ry, pose_Rz, AU12_r, AU26_r, AU45_r, AU12_c
+1, 0.0, 0, 0, 0, 0.0, 0.0, 1.0, 0
+2, 0.04, 0.5, 0, 0, 2.5, 1.0, 0.0, 1
+3, 0.1, 0, 0, 0, 5.0, 0.0, 0.0, 1
 """
 
 
@@ -27,6 +27,8 @@ def test_a_file_of_openface_becomes_weights_of_the_model_s_inputs(tmp_path, tabl
     for name, expected in (("AU12_L", [0.0, 0.5, 1.0]), ("AU12_R", [0.0, 0.5, 1.0]), ("AU26", [0.0, 0.2, 0.0])):
         np.testing.assert_allclose(found.weights[:, table.names.index(name)], expected)
     np.testing.assert_allclose(found.steps, [0.04, 0.04, 0.06])
+    expected = [[0, -9.81, 0], [0, -9.81 * np.cos(0.5), 9.81 * np.sin(0.5)], [0, -9.81, 0]]
+    np.testing.assert_allclose(found.gravity, expected, atol=1e-12)
 
 
 def test_columns_may_be_named_as_inputs(tmp_path, table):
@@ -35,6 +37,14 @@ def test_columns_may_be_named_as_inputs(tmp_path, table):
     assert found.weights[0, table.names.index("jaw_sideways")] == -1.0
     assert np.count_nonzero(found.weights) == 2
     np.testing.assert_allclose(found.steps, 1.0 / 60.0)
+
+
+def test_a_muscle_does_what_the_inputs_ask_of_it(tmp_path, table):
+    found = read(tmp_path, "AU12_L,jaw_open\n0.5,0.1\n0,0\n", table)
+    np.testing.assert_allclose(
+        found.weights_of(("jaw_open", "zygomaticus_major_L", "zygomaticus_major_R"), table),
+        [[0.1, 0.5, 0.0], [0.0, 0.0, 0.0]],
+    )
 
 
 def test_expressions_make_a_timeline_that_begins_at_rest(table):

@@ -41,11 +41,11 @@ class Prices:
 
 def prices(model: ReducedModel, scene: Scene, timeline: Timeline) -> Prices:
     """Measure a scene and every scene that differs from it in one thing, frame by frame in turn."""
-    reference = SceneRun(model, scene)
+    reference = SceneRun(model, scene, timeline)
     changes = _changes(scene, reference)
-    others = [SceneRun(model, other) for other in changes.values()]
-    seconds, *rest = frame_times([reference, *others], timeline)
-    found = deviations(reference, others, timeline)
+    others = [SceneRun(model, other, timeline) for other in changes.values()]
+    seconds, *rest = frame_times([reference, *others])
+    found = deviations(reference, others)
     rows = [
         Price(change, float(np.median(own - seconds)), one.maximum, one.mean)
         for change, own, one in zip(changes, rest, found, strict=True)

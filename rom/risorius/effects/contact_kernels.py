@@ -1,0 +1,280 @@
+"""Finding skin that is in teeth or in the other lip, and moving it out; nothing is allocated, nothing is random.
+
+Loops are in functions that call none with arrays: numba would count references to each of them at every call.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+
+from risorius.closest_point import closest_point
+
+_compiled = numba.njit(cache=True, error_model="numpy")
+
+SWEEPS = 8  # at most, of a frame
+NEAR, DEPTHS = 0.5e-3, 2.5  # metres, times the deepest: a point with a gap wider than both is not looked at again
+ENOUGH = 0.05e-3  # metres: no sweep for less
+GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
+HALF = 0.6  # of a depth in the other lip, which gives way, too
+ASIDE = 0.0  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
+LONGEST_WAY = 8  # steps along it
+SHORTEST_STEP = 0.1e-3  # metres
+FAR = 8e-3  # metres between lips that cannot touch
+LONGEST_WALK = 16  # triangles
+DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
+FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
+APART = 1.0  # metres: a gap where there is nothing to touch
+
+
+@_compiled
+def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: ignore[no-untyped-def]
+    """Value at (u, v, w) in a cube between its corners, and derivatives by u, v, w."""
+    c00, c01 = c000 + w * (c001 - c000), c010 + w * (c011 - c010)
+    c10, c11 = c100 + w * (c101 - c100), c110 + w * (c111 - c110)
+    c0, c1 = c00 + v * (c01 - c00), c10 + v * (c11 - c10)
+    by_v = (1.0 - u) * (c01 - c00) + u * (c11 - c10)
+    w_0 = (1.0 - v) * (c001 - c000) + v * (c011 - c010)
+    w_1 = (1.0 - v) * (c101 - c100) + v * (c111 - c110)
+    return c0 + u * (c1 - c0), c1 - c0, by_v, (1.0 - u) * w_0 + u * w_1
+
+
+@_compiled
+def gaps_to_teeth(  # type: ignore[no-untyped-def]
+    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
+):
+    """Gaps (k,) of `count` of the points, `which` by number, to what is nearest of the obstacles; ways out (k, 3).
+
+    The nearest is not taken where it leads to the other side of a tooth than that at rest.
+    """
+    for e in range(count):
+        number = which[e]
+        p = points[number]
+        gaps[number] = APART
+        for o in range(len(starts)):
+            begins = onset[number, o]
+            if not begins > -1.0:
+                continue
+            a, b, c = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
+            if moves[o]:
+                a, b, c = a - origin[0], b - origin[1], c - origin[2]
+                a, b, c = (turn[0, 0] * a + turn[1, 0] * b + turn[2, 0] * c,
+                           turn[0, 1] * a + turn[1, 1] * b + turn[2, 1] * c,
+                           turn[0, 2] * a + turn[1, 2] * b + turn[2, 2] * c)  # fmt: skip
+            per_metre = 1.0 / spacings[o]
+            a, b, c = (a - lows[o, 0]) * per_metre, (b - lows[o, 1]) * per_metre, (c - lows[o, 2]) * per_metre
+            ny, nz = shapes[o, 1], shapes[o, 2]
+            ox, oy, oz = away[number, o, 0], away[number, o, 1], away[number, o, 2]
+            gap, gx, gy, gz, way = APART, ox, oy, oz, 0.0
+            for step in range(LONGEST_WAY):
+                s = way * per_metre
+                u, v, w = a + s * ox, b + s * oy, c + s * oz
+                if not (0.0 <= u < shapes[o, 0] - 1 and 0.0 <= v < ny - 1 and 0.0 <= w < nz - 1):
+                    break
+                i, j, k = int(u), int(v), int(w)
+                n = starts[o] + (i * ny + j) * nz + k
+                m = n + ny * nz
+                here, hx, hy, hz = _linear(
+                    grid[n], grid[n + 1], grid[n + nz], grid[n + nz + 1],
+                    grid[m], grid[m + 1], grid[m + nz], grid[m + nz + 1], u - i, v - j, w - k,
+                )  # fmt: skip
+                here -= begins
+                if step == 0:
+                    gap = here
+                    length = max(math.sqrt(hx * hx + hy * hy + hz * hz), 1e-12)
+                    if gap >= 0.0 or hx * ox + hy * oy + hz * oz >= ASIDE * length:
+                        gx, gy, gz = hx / length, hy / length, hz / length
+                        break
+                if here >= 0.0:
+                    break
+                way += max(-here, SHORTEST_STEP)
+            gap = gap if way == 0.0 else -way
+            if gap >= gaps[number]:
+                continue
+            gaps[number] = gap
+            if moves[o]:
+                for i in range(3):
+                    ways[number, i] = turn[i, 0] * gx + turn[i, 1] * gy + turn[i, 2] * gz
+            else:
+                ways[number, 0], ways[number, 1], ways[number, 2] = gx, gy, gz
+
+
+@_compiled
+def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways):  # type: ignore[no-untyped-def]
+    """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
+
+    The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
+    triangle. There is nothing to touch at the border of a lip, far away, and behind what is behind at rest, too: there
+    is tissue in between.
+    """
+    for e in range(count):
+        number = which[e]
+        p, t = vertices[number], at[number]
+        px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
+        gaps[number] = APART
+        square, w0, w1, w2, from_start = FAR * FAR, 1.0, 0.0, 0.0, -1
+        candidate, ends = t, False
+        for _ in range(LONGEST_WALK):
+            following = -1
+            for k in range(-1, 3):
+                if k < 0:
+                    if from_start >= 0:
+                        continue
+                    candidate = t
+                else:
+                    opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+                    candidate = across[t, k]
+                    if from_start < 0 or opposite != 0.0 or candidate < 0:
+                        continue
+                a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+                s, v0, v1, v2 = closest_point(
+                    px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+                )
+                if s < square * (1.0 - 1e-6):
+                    square, following = s, candidate
+                    n0, n1, n2 = v0, v1, v2
+            if following < 0:
+                break
+            t, from_start = following, 1
+            w0, w1, w2 = n0, n1, n2
+        if from_start < 0:
+            continue
+        nx, ny, nz = 0.0, 0.0, 0.0
+        for k in range(-1, 3):
+            candidate = t
+            if k >= 0:
+                opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+                if opposite != 0.0:
+                    continue
+                candidate = across[t, k]
+                if candidate < 0:
+                    ends = True
+                    break
+            a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+            ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+            vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+            mx, my, mz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            scale = sign / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-20)
+            nx, ny, nz = nx + mx * scale, ny + my * scale, nz + mz * scale
+        at[number] = t
+        if ends:
+            continue
+        behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
+                  + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
+        if behind:
+            continue
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
+                + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
+                + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
+        gap = math.sqrt(square)
+        if side >= 0.0:
+            gaps[number] = gap
+        elif gap < DEEPEST:
+            gaps[number] = -gap
+        length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
+        ways[number, 0], ways[number, 1], ways[number, 2] = nx / length, ny / length, nz / length
+
+
+@_compiled
+def _smallest(gaps):  # type: ignore[no-untyped-def]
+    smallest = APART
+    for gap in gaps:
+        smallest = min(smallest, gap)
+    return smallest
+
+
+@_compiled
+def nearer(gaps, than, which):  # type: ignore[no-untyped-def]
+    """Write the numbers with gaps (k,) below `than`; return how many."""
+    count = 0
+    for number in range(len(gaps)):
+        if gaps[number] < than:
+            which[count] = number
+            count += 1
+    return count
+
+
+@_compiled
+def gather(vertices, which, count, gaps, ways, factor, starts, controls, shares, wanted, total):  # type: ignore[no-untyped-def]
+    """Add what points with a negative gap want of the controls, weighted by depth; return the deepest."""
+    deepest = 0.0
+    for e in range(count):
+        number = which[e]
+        depth = -gaps[number]
+        if depth <= 0.0:
+            continue
+        deepest = max(deepest, depth)
+        depth *= factor
+        dx, dy, dz = depth * ways[number, 0], depth * ways[number, 1], depth * ways[number, 2]
+        p = vertices[number]
+        for entry in range(starts[p], starts[p + 1]):
+            share, control = shares[entry] * depth, controls[entry]
+            total[control] += share
+            wanted[control, 0] += share * dx
+            wanted[control, 1] += share * dy
+            wanted[control, 2] += share * dz
+    return deepest
+
+
+@_compiled
+def move(x, wanted, total, moved, starts, vertices, shares):  # type: ignore[no-untyped-def]
+    """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
+
+    moved (c, 3): by how much the controls have moved in this frame.
+    """
+    for control in range(len(total)):
+        if total[control] <= 0.0:
+            continue
+        scale = GAIN / total[control]
+        dx, dy, dz = wanted[control, 0] * scale, wanted[control, 1] * scale, wanted[control, 2] * scale
+        wanted[control, 0], wanted[control, 1], wanted[control, 2], total[control] = 0.0, 0.0, 0.0, 0.0
+        ax, ay, az = moved[control, 0] + dx, moved[control, 1] + dy, moved[control, 2] + dz
+        short = min(1.0, FARTHEST / max(math.sqrt(ax * ax + ay * ay + az * az), 1e-12))
+        dx, dy, dz = short * ax - moved[control, 0], short * ay - moved[control, 1], short * az - moved[control, 2]
+        moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
+        for entry in range(starts[control], starts[control + 1]):
+            vertex, share = vertices[entry], shares[entry]
+            x[vertex, 0] += share * dx
+            x[vertex, 1] += share * dy
+            x[vertex, 2] += share * dz
+
+
+@_compiled
+def resolve(x, teeth, lips, rows, columns, all_points, all_vertices, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
+    points, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin = teeth
+    vertices, facing, places, triangles, across, planes, sign = lips
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved = state
+    at[:] = facing
+    gaps_to_teeth(
+        x, points, all_points, len(points), onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin,
+        gaps, ways,
+    )  # fmt: skip
+    gaps_to_lips(
+        x, vertices, all_vertices, len(vertices), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+    )
+    smallest = min(_smallest(gaps), _smallest(gaps_lips))
+    if smallest > -ENOUGH:
+        return 0
+    count = nearer(gaps, NEAR - DEPTHS * smallest, which)
+    count_lips = nearer(gaps_lips, NEAR - DEPTHS * smallest, which_lips)
+    moved[:] = 0.0
+    for sweep in range(SWEEPS):
+        deepest = gather(points, which, count, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+        deeper = gather(
+            vertices, which_lips, count_lips, gaps_lips, ways_lips, HALF, rows[0], rows[1], rows[2], wanted, total
+        )
+        if max(deepest, deeper) < ENOUGH:
+            wanted[:] = 0.0
+            total[:] = 0.0
+            return sweep
+        move(x, wanted, total, moved, columns[0], columns[1], columns[2])
+        gaps_to_teeth(
+            x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
+        )
+        gaps_to_lips(
+            x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+        )
+    return SWEEPS

@@ -1,0 +1,93 @@
+"""The two lips as sheets of triangles that can meet: what lies around the seam, told apart by the side they are on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.sparse.csgraph import dijkstra
+
+from risorius.jaw import FloatArray
+
+IntArray = npt.NDArray[np.int32]
+WIDTH = 10e-3  # of a sheet on either side of the seam, metres along the surface
+
+
+@dataclass(frozen=True)
+class LipSheets:
+    """Sheets 0 (of the upper lip) and 1. vertices (s,) of the surface that lie in one, sheet (s,) which.
+
+    triangles (t, 3), vertex numbers of the surface; sheet_of (t,); across (t, 3): triangle of the same sheet beyond the
+    edge from corner k to the next, -1 at the border. facing (s,): a triangle of the other sheet, the nearest at rest.
+    """
+
+    vertices: IntArray
+    sheet: IntArray
+    triangles: IntArray
+    sheet_of: IntArray
+    across: IntArray
+    facing: IntArray
+
+    @classmethod
+    def of(cls, seam: npt.NDArray[np.int64], rest: npt.NDArray[np.floating], triangles: IntArray) -> LipSheets:
+        """Sheets around a seam (k, 2), pairs of a vertex and the triangle it faces, of a surface at rest, y up."""
+        points = rest.astype(np.float64)
+        centres = points[triangles].mean(axis=1)
+        lower = points[seam[:, 0], 1] < centres[seam[:, 1], 1]
+        label = _nearest_side(points, triangles, seam[~lower, 0], seam[lower, 0])
+        of_corners = label[triangles]
+        inside = np.flatnonzero((of_corners[:, 0] >= 0) & (of_corners == of_corners[:, :1]).all(axis=1))
+        kept, sheet_of = triangles[inside].astype(np.int32), of_corners[inside, 0].astype(np.int32)
+        vertices = np.unique(kept).astype(np.int32)
+        sheet = label[vertices].astype(np.int32)
+        facing = np.full(len(vertices), -1, dtype=np.int32)
+        for side in (0, 1):
+            other = np.flatnonzero(sheet_of != side)
+            mine = np.flatnonzero(sheet == side)
+            if len(other) and len(mine):
+                facing[mine] = other[_nearest(points[vertices[mine]], centres[inside[other]])]
+        paired = facing >= 0
+        return cls(vertices[paired], sheet[paired], kept, sheet_of, _across(kept), facing[paired])
+
+
+def edge_lengths(points: FloatArray, triangles: IntArray) -> sp.csr_matrix:
+    """(n, n) lengths of the edges between points (n, 3), metres."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+    return sp.csr_matrix((lengths, edges.T), shape=(len(points),) * 2)
+
+
+def _nearest_side(points: FloatArray, triangles: IntArray, upper: IntArray, lower: IntArray) -> IntArray:
+    """(n,) 0 or 1 by whichever set of vertices is nearer along the surface, -1 where neither is within WIDTH."""
+    graph = edge_lengths(points, triangles)
+    away = np.stack([_distance(graph, upper), _distance(graph, lower)])
+    label: IntArray = np.where(away.min(axis=0) < np.inf, away.argmin(axis=0), -1).astype(np.int32)
+    return label
+
+
+def _distance(graph: sp.csr_matrix, sources: IntArray) -> FloatArray:
+    if not len(sources):
+        return np.full(graph.shape[0], np.inf)
+    result: FloatArray = dijkstra(graph, directed=False, indices=np.unique(sources), limit=WIDTH, min_only=True)
+    return result
+
+
+def _nearest(points: FloatArray, centres: FloatArray) -> IntArray:
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(centres).query(points)[1], dtype=np.int32)
+
+
+def _across(triangles: IntArray) -> IntArray:
+    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    if not len(edges):
+        return np.zeros((0, 3), dtype=np.int32)
+    _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    sides = np.argsort(number.ravel(), kind="stable")
+    sides = sides[(count == 2)[number.ravel()[sides]]].reshape(-1, 2)
+    across = np.full(len(edges), -1, dtype=np.int32)
+    across[sides[:, 0]], across[sides[:, 1]] = sides[:, 1] // 3, sides[:, 0] // 3
+    return across.reshape(-1, 3)

@@ -1,0 +1,227 @@
+"""Contact on surfaces whose depth in what they touch is known exactly: a sheet on a ball, and two sheets that face."""
+
+import h5py
+import numpy as np
+import pytest
+
+from risorius.companion import JAW, SKULL
+from risorius.contact_geometry import ContactGeometry, Obstacle
+from risorius.effects.contact import Contact
+from risorius.effects.contact_kernels import ENOUGH
+from risorius.effects.contact_tables import contact_tables
+from risorius.effects.correction_fields import RADIUS
+from risorius.engine import Engine
+from risorius.errors import InputError
+from risorius.jaw import JawMotion
+from risorius.part import Part
+from risorius.penetration import PenetrationMeasure
+from risorius.poses import Poses
+from risorius.scene import Scene
+
+BALL, EDGE, SIDE = 10e-3, 1e-3, 41  # radius; of the sheet's squares; points along it
+JAW_MOTION = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
+NO_SEAM = np.zeros((0, 2), dtype=np.int64)
+AT_REST = np.zeros(4)
+
+
+def ball(moves_with=SKULL):
+    """A ball about the origin, sampled as teeth are."""
+    axis = 0.75e-3 * np.arange(-24, 25)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    distances = np.clip(np.sqrt(x**2 + y**2 + z**2) - BALL, -6e-3, 6e-3)
+    return Obstacle(np.full(3, axis[0]), 0.75e-3, distances.astype(np.float32), moves_with)
+
+
+def sheet(height):
+    """Points (n, 3) of a flat sheet that faces z, and its triangles."""
+    along = EDGE * (np.arange(SIDE) - SIDE // 2)
+    x, y = np.meshgrid(along, along, indexing="ij")
+    number = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+    a, b, c, d = number[:-1, :-1].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel(), number[:-1, 1:].ravel()
+    right = (np.arange(len(a)) // (SIDE - 1) >= SIDE // 2)[:, None]  # diagonals are mirror images, too
+    triangles = np.concatenate([np.where(right, np.column_stack([a, b, c]), np.column_stack([a, b, d])),
+                                np.where(right, np.column_stack([a, c, d]), np.column_stack([b, c, d]))])  # fmt: skip
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]).astype(np.float32), triangles.astype(
+        np.int32
+    )
+
+
+def on_ball(moves_with=SKULL):
+    """Contact of a sheet that lies 1 mm off a ball at rest."""
+    rest, triangles = sheet(BALL + 1e-3)
+    geometry = ContactGeometry({"ball": ball(moves_with)}, NO_SEAM)
+    tables = contact_tables(geometry, Poses(JAW_MOTION), rest, triangles, [(AT_REST, rest - [0.0, 0.0, 3e-3])])
+    return Contact(tables, geometry, 5), rest.astype(np.float32)
+
+
+def pressed(rest, depth):
+    return (rest - [0.0, 0.0, 1e-3 + depth]).astype(np.float32)
+
+
+def depths(vertices):
+    return BALL - np.linalg.norm(vertices.astype(np.float64), axis=1)
+
+
+@pytest.mark.parametrize("depth", [0.4e-3, 1e-3, 2e-3])
+def test_skin_in_a_tooth_is_moved_out_of_it(depth):
+    contact, rest = on_ball()
+    vertices = pressed(rest, depth)
+    assert depths(vertices).max() == pytest.approx(depth, abs=1e-6)
+    contact.finish(AT_REST, vertices)
+    assert depths(vertices).max() < 0.15e-3
+
+
+def test_what_moves_fades_out_and_nothing_dents():
+    """From one vertex to the next the correction changes by at most what the bumps' slope, 2.1 / RADIUS, allows."""
+    contact, rest = on_ball()
+    vertices = pressed(rest, 1e-3)
+    before = vertices.copy()
+    contact.finish(AT_REST, vertices)
+    moved = np.linalg.norm(vertices - before, axis=1).reshape(SIDE, SIDE)
+    steps = max(np.abs(np.diff(moved, axis=0)).max(), np.abs(np.diff(moved, axis=1)).max())
+    assert steps < 2.1 / RADIUS * EDGE * moved.max()
+    assert moved.max() < 1.6e-3
+    assert (moved[[0, -1]] == 0.0).all()
+    assert (moved[:, [0, -1]] == 0.0).all()
+
+
+def test_a_face_that_touches_nothing_stays_as_it_is_bit_for_bit():
+    contact, rest = on_ball()
+    vertices = rest.copy()
+    contact.finish(AT_REST, vertices)
+    np.testing.assert_array_equal(vertices, rest)
+
+
+def test_skin_that_nothing_comes_near_costs_no_points():
+    rest, triangles = sheet(BALL + 4e-3)
+    geometry = ContactGeometry({"ball": ball()}, NO_SEAM)
+    contact = Contact(contact_tables(geometry, Poses(JAW_MOTION), rest, triangles, [(AT_REST, rest)]), geometry, 5)
+    assert (len(contact.tables.points), len(contact.tables.vertices)) == (0, 0)
+    contact.finish(AT_REST, rest)
+
+
+def test_a_correction_does_not_depend_on_the_frames_before():
+    contact, rest = on_ball()
+    first, other, again = pressed(rest, 1e-3), pressed(rest, 2.5e-3), pressed(rest, 1e-3)
+    contact.finish(AT_REST, first)
+    contact.finish(AT_REST, other)
+    contact.finish(AT_REST, again)
+    np.testing.assert_array_equal(first, again)
+
+
+def test_both_sides_are_corrected_alike():
+    contact, rest = on_ball()
+    vertices = pressed(rest, 1e-3)
+    contact.finish(AT_REST, vertices)
+    height = vertices[:, 2].reshape(SIDE, SIDE)
+    np.testing.assert_allclose(height, height[::-1], atol=5e-5)
+
+
+def test_teeth_of_the_jaw_move_with_it():
+    """Sheet and ball moved together by the jaw give what they give at rest, moved, up to where sweeps may end."""
+    contact, rest = on_ball(JAW)
+    lifts = JAW_MOTION.lift_coordinates([0.8, 0.3, -0.5])
+
+    def carried(points):
+        points = points.astype(np.float64)
+        return points + np.tensordot(lifts, JAW_MOTION.unit_motions(points), axes=1)
+
+    still = pressed(rest, 1e-3)
+    moved = carried(still).astype(np.float32)
+    contact.finish(AT_REST, still)
+    contact.finish(lifts, moved)
+    np.testing.assert_allclose(moved, carried(still), atol=ENOUGH)
+
+
+@pytest.mark.parametrize("order", [(2, 0, 1), (1, 0, 2)])
+@pytest.mark.parametrize("made", [on_ball, lambda: lips()])
+def test_other_axes_give_the_same_face(order, made):
+    contact, rest = made()
+    lifts = JAW_MOTION.lift_coordinates([0.01, 0.0, 0.0])
+    vertices = pressed(rest, 1e-3) if len(rest) == SIDE**2 else closed(rest, 2e-3)
+    turned = np.ascontiguousarray(vertices[:, order])
+    contact.finish(lifts, vertices)
+    contact.in_axes(order).finish(lifts, turned)
+    np.testing.assert_allclose(turned, vertices[:, order], atol=1e-6)
+
+
+def test_a_file_gives_back_the_effect():
+    contact, rest = on_ball()
+    vertices = pressed(rest, 1e-3)
+    again = vertices.copy()
+    with h5py.File("contact", "w", driver="core", backing_store=False) as memory:
+        contact.write(memory)
+        read = Contact.read(memory)
+    contact.finish(AT_REST, vertices)
+    read.finish(AT_REST, again)
+    np.testing.assert_array_equal(vertices, again)
+    assert read.fields.shape == (0, 5, 3)
+
+
+def test_a_part_of_a_face_is_corrected_where_it_is():
+    contact, rest = on_ball()
+    half = np.flatnonzero(rest[:, 0] <= 1e-9)
+    none = np.zeros(0, np.int64)
+    part = Part(none, np.zeros(0, bool), np.arange(4), none, none, half, 4)
+    vertices = pressed(rest, 1e-3)[half]
+    contact.within(part).finish(AT_REST, vertices)
+    assert depths(vertices).max() < 0.15e-3
+
+
+def lips(gap=1e-3):
+    """Two sheets, one above the other, that face each other at rest."""
+    flat, triangles = sheet(0.0)
+    lower = flat[:, [1, 2, 0]] + [0.0, -0.5 * gap, 0.0]
+    upper = flat[:, [1, 2, 0]] + [0.0, 0.5 * gap, 0.0]
+    rest = np.concatenate([lower, upper]).astype(np.float32)
+    all_triangles = np.concatenate([triangles, triangles[:, ::-1] + len(flat)]).astype(np.int32)
+    below, above = np.arange(len(triangles)), len(triangles) + np.arange(len(triangles))
+    inner = (np.abs(rest[triangles].mean(axis=1)[:, [0, 2]]) < 5e-3).all(axis=1)
+    seam = np.concatenate([np.column_stack([triangles[inner, 0], above[inner]]),
+                           np.column_stack([triangles[inner, 0] + len(flat), below[inner]])])  # fmt: skip
+    geometry = ContactGeometry({}, seam)
+    frames = [(AT_REST, closed(rest, 2e-3, gap))]
+    return Contact(contact_tables(geometry, Poses(JAW_MOTION), rest, all_triangles, frames), geometry, 5), rest
+
+
+def closed(rest, overlap, gap=1e-3):
+    """The upper sheet bulges down through the lower one."""
+    upper = np.arange(len(rest)) >= len(rest) // 2
+    away = np.linalg.norm(rest[:, [0, 2]], axis=1)
+    bulge = (gap + overlap) * np.exp(-((away / 6e-3) ** 2))
+    return (rest - np.where(upper, bulge, 0.0)[:, None] * [0.0, 1.0, 0.0]).astype(np.float32)
+
+
+@pytest.mark.parametrize("overlap", [0.5e-3, 1e-3, 2e-3])
+def test_lips_that_are_in_each_other_part(overlap):
+    contact, rest = lips()
+    vertices = closed(rest, overlap)
+    contact.finish(AT_REST, vertices)
+    lower, upper = np.split(vertices[:, 1], 2)
+    assert (lower - upper).max() < 0.15e-3
+    assert lower.min() < -0.5e-3 - 0.3 * overlap  # both give way
+
+
+def test_measure_tells_depths_in_teeth_and_lips():
+    rest, triangles = sheet(BALL + 1e-3)
+    measure = PenetrationMeasure(ContactGeometry({"ball": ball()}, NO_SEAM), Poses(), rest, triangles)
+    assert measure(rest, AT_REST).teeth == 0.0
+    assert measure(pressed(rest, 0.8e-3), AT_REST).teeth == pytest.approx(0.8e-3, abs=0.02e-3)
+    contact, rest = lips()
+    triangles = sheet(0.0)[1]
+    triangles = np.concatenate([triangles, triangles[:, ::-1] + SIDE**2]).astype(np.int32)
+    measure = PenetrationMeasure(contact.geometry, Poses(), rest, triangles)
+    assert measure(rest, AT_REST).lips == 0.0
+    assert measure(closed(rest, 0.8e-3), AT_REST).lips == pytest.approx(0.8e-3, abs=0.02e-3)
+
+
+def test_vertices_that_are_no_numbers_are_left_alone():
+    contact, rest = on_ball()
+    vertices = np.full_like(rest, np.nan)
+    contact.finish(AT_REST, vertices)
+    assert np.isnan(vertices).all()
+
+
+def test_scene_asks_for_contact_of_a_model_that_has_it(synthetic_model):
+    with pytest.raises(InputError, match="contact: model 'synthetic' is without; train it from snapshots with contact"):
+        Engine(synthetic_model, Scene(contact=True))
