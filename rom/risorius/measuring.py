@@ -37,8 +37,8 @@ def settings(model: ReducedModel) -> list[Setting]:
 
 
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:
-    """Operating points of a model on held-out snapshots and on this machine."""
-    ways = pipelines(model, wanted)
+    """Operating points of a model with all its effects, on held-out snapshots and on this machine."""
+    ways = pipelines(model, wanted, tuple(model.effects.values()))
     seconds = frame_seconds(ways, model, FRAMES)
     return tuple(
         _point(model, held, setting, way, Seconds(float(np.median(row)), float(np.quantile(row, 0.99))))

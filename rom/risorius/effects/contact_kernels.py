@@ -13,11 +13,12 @@ from risorius.closest_point import closest_point
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
-SWEEPS = 8  # at most, of a frame
-NEAR, DEPTHS = 0.5e-3, 2.5  # metres, times the deepest: a point with a gap wider than both is not looked at again
+SWEEPS = 6  # at most, of a frame
+NEAR, DEPTHS = 0.5e-3, 1.5  # metres, times the deepest: a point with a gap wider than both is not looked at again
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
 HALF = 0.6  # of a depth in the other lip, which gives way, too
+SPARE = 0.1e-3  # metres: what is moved out goes so far beyond, for what lies between the points
 ASIDE = 0.0  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
 LONGEST_WAY = 8  # steps along it
 SHORTEST_STEP = 0.1e-3  # metres
@@ -186,14 +187,15 @@ def _smallest(gaps):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def nearer(gaps, than, which):  # type: ignore[no-untyped-def]
-    """Write the numbers with gaps (k,) below `than`; return how many."""
-    count = 0
-    for number in range(len(gaps)):
+def nearer(gaps, than, among, count, which):  # type: ignore[no-untyped-def]
+    """Write those of `count` numbers with gaps (k,) below `than`, which may be in place; return how many."""
+    found = 0
+    for e in range(count):
+        number = among[e]
         if gaps[number] < than:
-            which[count] = number
-            count += 1
-    return count
+            which[found] = number
+            found += 1
+    return found
 
 
 @_compiled
@@ -206,7 +208,7 @@ def gather(vertices, which, count, gaps, ways, factor, starts, controls, shares,
         if depth <= 0.0:
             continue
         deepest = max(deepest, depth)
-        depth *= factor
+        depth = factor * (depth + SPARE)
         dx, dy, dz = depth * ways[number, 0], depth * ways[number, 1], depth * ways[number, 2]
         p = vertices[number]
         for entry in range(starts[p], starts[p + 1]):
@@ -258,8 +260,8 @@ def resolve(x, teeth, lips, rows, columns, all_points, all_vertices, state):  # 
     smallest = min(_smallest(gaps), _smallest(gaps_lips))
     if smallest > -ENOUGH:
         return 0
-    count = nearer(gaps, NEAR - DEPTHS * smallest, which)
-    count_lips = nearer(gaps_lips, NEAR - DEPTHS * smallest, which_lips)
+    count = nearer(gaps, NEAR - DEPTHS * smallest, all_points, len(points), which)
+    count_lips = nearer(gaps_lips, NEAR - DEPTHS * smallest, all_vertices, len(vertices), which_lips)
     moved[:] = 0.0
     for sweep in range(SWEEPS):
         deepest = gather(points, which, count, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
@@ -270,6 +272,9 @@ def resolve(x, teeth, lips, rows, columns, all_points, all_vertices, state):  # 
             wanted[:] = 0.0
             total[:] = 0.0
             return sweep
+        reach = NEAR + DEPTHS * max(deepest, deeper)
+        count = nearer(gaps, reach, which, count, which)
+        count_lips = nearer(gaps_lips, reach, which_lips, count_lips, which_lips)
         move(x, wanted, total, moved, columns[0], columns[1], columns[2])
         gaps_to_teeth(
             x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
