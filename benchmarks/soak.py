@@ -1,8 +1,9 @@
 """A million inputs of every kind through one engine, and whether anything wears: benchmarks/soak.py MODEL.
 
-Ordinary, strong, stepped, out-of-range and non-finite values come as a stream brings them; with inertia each frame has
-a time step, with touch some have a force. Prints frames that break a verdict of the gauntlet, growth of memory, and
-the CPU time of a frame in the last tenth against the first; exits 1 where one of these is not as it should be.
+Ordinary, strong, stepped, out-of-range and non-finite values come as a stream brings them; frames have a time step, a
+direction of gravity and now and then a touch where the model has these effects. Prints frames that break a verdict of
+the gauntlet, growth of memory, and the CPU time of a frame in the last tenth against the first; exits 1 where one of
+these is not as it should be.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from risorius.stream import InputGate
 STEPS = (1e-4, 1e-3, 1.0 / 60.0, 0.1)
 SHARES = (0.05, 0.1, 0.3, 1.0)
 WARM_UP = 2000
+TOUCHED = 8  # vertices: a new one costs a solve
+BLOCK = 20  # inputs of one kind after each other
 JUDGED_EVERY = 50  # frames are judged from outside; all of them by their flags
 MOST_GROWTH, MOST_DRIFT = 5e6, 0.1  # bytes, of the time of a frame
 BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1.0 + 1e-9, 5e-324, -0.0)
@@ -78,23 +81,30 @@ def run(bench: Bench, judge: Judge, gate: InputGate, stream: Iterator[Ask], inpu
 def asks(bench: Bench, gate: InputGate) -> Iterator[Ask]:
     """Never ends; blocks of inputs of one kind, now and then with values that are none."""
     rng, names = np.random.default_rng(0), bench.model.inputs.names
-    vertices = len(bench.model.rest_vertices)
+    inertia, gravity, touch = (name in bench.engine.effects for name in ("inertia", "gravity", "touch"))
     while True:
-        kept = rng.random() < 0.3  # the same weights for a while: a step, and what follows it
-        share = rng.choice(SHARES)
-        row = bench.random(int(rng.integers(1 << 30)), share, 1)[0]
-        for _ in range(20):
-            if not kept:
-                row = bench.random(int(rng.integers(1 << 30)), share, 1)[0]
-            values = row.copy()
-            if rng.random() < 0.2:
-                values[rng.integers(len(values))] = rng.choice(BAD)
-            named = zip(names, values, strict=True)
-            step = float(rng.choice(STEPS)) if "inertia" in bench.engine.effects else None
-            touches = ()
-            if "touch" in bench.engine.effects and rng.random() < 0.1:
-                touches = (Touch(int(rng.integers(vertices)), rng.normal(0.0, 0.02, 3)),)
-            yield Ask(gate.weights(named), step=step, touches=touches, may_refuse=True)
+        rows = bench.random(int(rng.integers(1 << 30)), rng.choice(SHARES), BLOCK)
+        if rng.random() < 0.3:
+            rows[:] = rows[0]  # a step, and what follows it
+        bad = rng.random(BLOCK) < 0.2
+        rows[bad, rng.integers(0, len(names), bad.sum())] = rng.choice(BAD, bad.sum())
+        steps = rng.choice(STEPS, BLOCK).tolist() if inertia else [None] * BLOCK
+        touched = (rng.random(BLOCK) < 0.1) & touch
+        down = _direction(rng) if gravity else None
+        for values, step, pushed in zip(rows.tolist(), steps, touched, strict=True):
+            touches = (_touch(bench, rng),) if pushed else ()
+            weights = gate.weights(zip(names, values, strict=True))
+            yield Ask(weights, step=step, gravity=down, touches=touches, may_refuse=True)
+
+
+def _direction(rng: np.random.Generator) -> np.ndarray:
+    vector = rng.normal(size=3)
+    return 9.81 / np.linalg.norm(vector) * vector
+
+
+def _touch(bench: Bench, rng: np.random.Generator) -> Touch:
+    places = np.linspace(0, len(bench.model.rest_vertices) - 1, TOUCHED, dtype=np.int64)
+    return Touch(int(rng.choice(places)), rng.normal(0.0, 0.02, 3))
 
 
 def memory() -> float:

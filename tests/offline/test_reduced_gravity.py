@@ -35,6 +35,7 @@ def effect(model):
     snapshots = SimpleNamespace(
         parameters=np.column_stack([levels, 0.1 * np.cos(40.0 * levels)]),
         held_out=np.zeros(9, bool),
+        contact=None,
         by_gravity=by_gravity,
         rest_by_gravity=gravity_sensitivities(model, EquilibriumSolver(model).rest()),
         surface=model.anatomy.visible_surface,

@@ -21,7 +21,7 @@ from tests.offline.models import muscle_block
 def test_a_light_touch_moves_the_skin_as_in_the_full_model(force):
     model = FullModel(muscle_block("hexahedron", Yeoh.neo_hookean(10e3, 0.45)))
     points, surface = model.anatomy.points, model.anatomy.visible_surface
-    snapshots = SimpleNamespace(body=body_of(model), surface=surface, points=points, muscles=("pull",))
+    snapshots = SimpleNamespace(body=body_of(model), surface=surface, points=points, muscles=("pull",), contact=None)
     effect = TouchResponse.train(snapshots, np.zeros((0, len(points), 3)))
     vertex = int(surface.points.sum(axis=1).argmax())
     touches = Surroundings(touches=(Touch(vertex, force),))

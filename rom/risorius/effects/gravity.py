@@ -2,7 +2,8 @@
 
 The displacement is linear in the change of gravity. How far tissue gives way depends on what muscles and jaw do to it:
 du/dg of equilibria, from their factorised tangents, is interpolated between them by kernel ridge regression (Saunders,
-Gammerman and Vovk 1998) with a Gaussian kernel, and is that of the full model at rest.
+Gammerman and Vovk 1998) with a Gaussian kernel. Without contact, the state at rest is one of them; with contact it is
+left out: tissue then lies on bones without pressing, and its tangent knows nothing of them.
 """
 
 from __future__ import annotations
@@ -53,21 +54,22 @@ class Gravity:
         """See `Effect`."""
         if snapshots.by_gravity is None or snapshots.rest_by_gravity is None:
             return None
+        at_rest = int(snapshots.contact is None)
         used = np.flatnonzero(~snapshots.held_out)
         rows = used[np.unique(np.linspace(0, len(used) - 1, min(STATES, len(used))).astype(np.int64))]
         carriers = np.unique(snapshots.surface.weights.indices)
-        responses = np.empty((1 + len(rows), 3, len(carriers), 3), np.float32)
-        responses[0] = snapshots.rest_by_gravity[:, carriers]
-        for out, row in zip(responses[1:], rows, strict=True):
+        responses = np.empty((at_rest + len(rows), 3, len(carriers), 3), np.float32)
+        responses[:at_rest] = snapshots.rest_by_gravity[:, carriers]
+        for out, row in zip(responses[at_rest:], rows, strict=True):
             out[:] = snapshots.by_gravity[row][:, carriers]
-        states = np.vstack([np.zeros(snapshots.parameters.shape[1]), snapshots.parameters[rows]])
+        states = np.vstack([np.zeros((at_rest, snapshots.parameters.shape[1])), snapshots.parameters[rows]])
         modes = _modes(responses.reshape(3 * len(states), -1))
         found = (responses.reshape(3 * len(states), -1) @ modes.T).reshape(len(states), -1).astype(np.float64)
         squares = np.square(states).sum(axis=1)
         distances = squares[:, None] + squares - 2.0 * states @ states.T
         spread = float(np.median(distances[np.triu_indices(len(states), 1)]))
         ridge = np.full(len(states), RIDGE)
-        ridge[0] = RIDGE_AT_REST
+        ridge[:at_rest] = RIDGE_AT_REST
         mean = found.mean(axis=0)
         weights = np.linalg.solve(np.exp(-distances / (2.0 * spread)) + np.diag(ridge), found - mean)
         return cls(modes.reshape(len(modes), -1, 3), states, spread, mean.reshape(3, -1), weights)

@@ -1,7 +1,8 @@
 """Forces on the skin: the displacement K^-1 f of linear elasticity at rest, added to the face as it is.
 
 The stiffness of the tissue is kept, sparse, and factorised when an engine is made. What a force on a vertex does is
-solved for when that vertex is first touched, and kept while it is one of the last that were.
+solved for when that vertex is first touched, and kept while it is one of the last that were. Bones and teeth close
+behind the skin would stop a finger that presses; where snapshots know of them, this is no model of a touch.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class TouchResponse:
     """
 
     name: ClassVar[str] = "touch"
-    needs: ClassVar[str] = "snapshots that hold the body of their face: of muscles without the force-length relation"
+    needs: ClassVar[str] = "snapshots without contact and without the force-length relation"
 
     def __init__(self, tissue: Tissue, weights: sp.csr_matrix, order: tuple[int, int, int], carriers: int) -> None:
         self.fields: npt.NDArray[np.float32] = np.zeros((0, carriers, 3), np.float32)
@@ -60,7 +61,7 @@ class TouchResponse:
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> TouchResponse | None:
         """See `Effect`."""
         body, surface = snapshots.body, snapshots.surface
-        if body is None:
+        if body is None or snapshots.contact is not None:
             return None
         free = np.flatnonzero(~np.repeat(body.prescribed, 3))
         at_rest = stiffness(body, np.zeros_like(snapshots.points), np.zeros(len(snapshots.muscles)))
