@@ -30,11 +30,13 @@ class Deviation:
 class SceneRun:
     """A scene of a model, played along a timeline of the whole model's inputs. Not thread-safe.
 
-    weights: (f, inputs) of the scene's inputs.
+    weights: (f, inputs) of the scene's inputs. A budget plays no part: chosen by the clock, a scene could differ from
+    itself.
     """
 
     def __init__(self, model: ReducedModel, scene: Scene, timeline: Timeline) -> None:
-        self.scene, self.engine, self._timeline = scene, Engine(model, scene), timeline
+        self.scene, self._timeline = scene, timeline
+        self.engine = Engine(model, scene.model_copy(update={"budget": None}))
         self.weights = np.ascontiguousarray(timeline.weights_of(self.engine.inputs, model.inputs))
         self._timed, self._weighed = ("inertia" in self.engine.effects), ("gravity" in self.engine.effects)
 

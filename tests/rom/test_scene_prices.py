@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from risorius import Engine, InputError, Scene, commands, suggesting
+from risorius import Budget, Engine, InputError, Scene, commands, suggesting
 from risorius.effects import EFFECTS
 from risorius.report.effects import prices
 from risorius.suggesting import suggest
@@ -50,6 +50,11 @@ def test_the_worth_of_interaction_is_how_far_superposition_is_off(synthetic_mode
     assert rows["without nonlinear"].maximum == pytest.approx(off.max(), rel=1e-3)
     assert set(rows) == {"the same", "without nonlinear", "without jaw", "without normals"}
     assert rows["the same"].maximum == rows["without normals"].maximum == 0.0
+
+
+def test_a_budget_does_not_make_a_scene_differ_from_itself(synthetic_model, smile):
+    found = prices(synthetic_model, Scene(budget=Budget(time=1e-9)), smile)
+    assert {row.change: row.maximum for row in found.rows}["without nonlinear"] > 0.0
 
 
 def test_restrictions_are_priced_against_the_whole(synthetic_model, smile):
