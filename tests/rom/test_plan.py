@@ -10,6 +10,7 @@ from tests.conftest import synthetic_point
 from risorius import Engine, InputError, Scene
 from risorius.carried_basis import CarriedBasis
 from risorius.coarsening import coarse_surface
+from risorius.effects.inertia import Inertia
 from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
 from risorius.evaluators.products import as_products
 from risorius.evaluators.rational import Block
@@ -226,3 +227,32 @@ def test_coarse_vertices_are_vertices_of_the_face(model):
     engine = Engine(carried, Scene(resolution="carriers"))
     assert len(engine.vertex_numbers) == 160
     assert largest_difference(carried, Scene(resolution="carriers")) < EXACT
+
+
+def test_an_effect_that_is_off_is_not_there(model):
+    """What runs is what would run had the model been trained without it: the same code on the same numbers."""
+    count = len(model.rest_vertices)
+    shaking = Inertia(np.ones((1, count, 3), np.float32), np.array([4e4]), np.ones((1, model.rank)), model.lifts, 4)
+    with_inertia = replace(model, effects={"inertia": shaking})
+    off, bare = (Engine(*one) for one in ((with_inertia, Scene(inertia=False)), (model, Scene())))
+    assert (off.effects, Engine(with_inertia).effects) == ((), ("inertia",))
+    assert {name: value for name, value in vars(off.model).items() if name != "points"} == {
+        name: value for name, value in vars(bare.model).items() if name != "points"
+    }
+    weights = {"AU12": 0.7, "jaw_open": 0.2}
+    np.testing.assert_array_equal(off.evaluate(weights).vertices, bare.evaluate(weights).vertices)
+    with pytest.raises(InputError, match="step: the scene of this engine is without inertia"):
+        off.evaluate(weights, step=0.01)
+
+
+def test_an_effect_acts_on_a_part_as_on_the_whole(model):
+    count = len(model.rest_vertices)
+    rng = np.random.default_rng(5)
+    shaking = Inertia(rng.normal(size=(1, count, 3)).astype(np.float32), np.array([4e4]),
+                      rng.normal(size=(1, model.rank)) * 1e-3, model.lifts, 4)  # fmt: skip
+    with_inertia = replace(model, effects={"inertia": shaking})
+    whole, part = Engine(with_inertia), Engine(with_inertia, Scene(inputs=("AU12", "AU26"), region="mouth"))
+    for number in range(20):
+        weights = {"AU12": 0.5 * (number > 2), "AU26": 0.8 * (number > 5)}
+        first, second = (engine.evaluate(weights, step=0.005).vertices for engine in (whole, part))
+        np.testing.assert_allclose(second, first[part.vertex_numbers], atol=EXACT)

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.correction_fields import correction_shares
+from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
 from risorius.normals import vertex_normals
@@ -177,12 +177,11 @@ def _thinned(
 
     What faces another way is another place: lips that touch at rest both get theirs.
     """
-    places = np.round(rest[among].astype(np.float64), 7)
-    among = among[np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))]
+    among = among[outwards(rest[among].astype(np.float64))]
     places = np.hstack([rest[among], TURNED * normals[among]])
     chosen, spacing = among, FINEST
     while len(chosen) > MOST_POINTS:
-        tree, free = cKDTree(places), np.ones(len(among), bool)
+        tree, free = cKDTree(places), ~beside_middle(places, spacing)
         kept = []
         for number in range(len(among)):
             if free[number]:

@@ -26,24 +26,38 @@ def correction_shares(
     points = rest.astype(np.float64)
     graph = edge_lengths(points, triangles)
     away = dijkstra(graph, directed=False, indices=touching, limit=3.0 * RADIUS, min_only=True)
-    controls = _spread(points, graph, np.flatnonzero(away < np.inf))
-    distance = dijkstra(graph, directed=False, indices=controls, limit=RADIUS)
-    ratio = np.minimum(distance / RADIUS, 1.0)
-    bumps = (1.0 - ratio) ** 4 * (4.0 * ratio + 1.0)
-    shares = bumps / np.maximum(bumps.sum(axis=0), np.finfo(float).tiny)
-    used = shares[:, touching].max(axis=1) > 0.0
-    result: sp.csr_matrix = sp.csr_matrix(shares[used].T)
-    return result
+    around = np.flatnonzero(away < np.inf)
+    bumps = _bumps(points[around], graph[around][:, around])
+    sums = np.maximum(np.asarray(bumps.sum(axis=0)).ravel(), np.finfo(float).tiny)
+    shares = sp.csr_matrix(bumps @ sp.diags(1.0 / sums))
+    shares = shares[shares[:, np.isin(around, touching)].getnnz(axis=1) > 0].tocoo()
+    return sp.csr_matrix((shares.data, (around[shares.col], shares.row)), shape=(len(rest), shares.shape[0]))
 
 
-def _spread(points: FloatArray, graph: sp.csr_matrix, among: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
-    """Vertices SPACING apart, from the plane of symmetry outwards, so that both sides get theirs alike."""
-    places = np.round(points[among], 7)
-    order = among[np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))]
-    free = np.ones(len(points), dtype=bool)
-    chosen = []
-    for vertex in order:
-        if free[vertex]:
-            chosen.append(vertex)
-            free &= dijkstra(graph, directed=False, indices=vertex, limit=SPACING) == np.inf
-    return np.array(chosen)
+def _bumps(points: FloatArray, graph: sp.csr_matrix) -> sp.csr_matrix:
+    """(c, n) bumps of controls SPACING apart, from the plane of symmetry outwards, so that both sides are alike.
+
+    One after the other: all distances at once would take memory as the square of the surface.
+    """
+    free = ~beside_middle(points, SPACING)
+    rows = []
+    for vertex in outwards(points):
+        if not free[vertex]:
+            continue
+        distance = dijkstra(graph, directed=False, indices=vertex, limit=RADIUS)
+        free &= distance > SPACING
+        ratio = np.minimum(distance / RADIUS, 1.0)
+        rows.append(sp.csr_matrix((1.0 - ratio) ** 4 * (4.0 * ratio + 1.0)))
+    return sp.csr_matrix(sp.vstack(rows))
+
+
+def outwards(points: FloatArray) -> npt.NDArray[np.int64]:
+    """Numbers of points (n, 3) from the plane of symmetry, x = 0, outwards, mirror images after each other."""
+    places = np.round(points, 7)
+    return np.lexsort((places[:, 2], places[:, 1], np.abs(places[:, 0])))
+
+
+def beside_middle(points: FloatArray, spacing: float) -> npt.NDArray[np.bool_]:
+    """Points (n, 3) that are nearer than `spacing` to their mirror image, and not on the plane of symmetry."""
+    away = np.abs(points[:, 0])
+    return np.asarray((away > 1e-7) & (away < 0.5 * spacing))
