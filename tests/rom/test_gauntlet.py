@@ -11,9 +11,11 @@ from risorius import commands
 from risorius.cli import app
 from risorius.effects.inertia import Inertia
 from risorius.gauntlet import all_cases, run
+from risorius.gauntlet.case import Bench
 from risorius.gauntlet.full_model import HardSolved, as_result
 from risorius.gauntlet.run import FAILED, NOT_APPLICABLE, PASSED
 from risorius.guard import Guard, Verdict, Watch
+from risorius.penetration import Penetration
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +84,12 @@ def test_motion_that_gains_energy_fails(synthetic_model, kind, verdicts):
     static = 1e-2 * rng.normal(size=(4, synthetic_model.rank))
     inertia = kind(fields, np.array([2e2, 1e3, 1e4, 1e5]), static, synthetic_model.lifts, 2)
     assert broken(replace(synthetic_model, effects={"inertia": inertia}), "inertia") == verdicts
+
+
+@pytest.mark.parametrize(("depth", "verdicts"), [(0.2e-3, set()), (0.4e-3, {"penetration"})])
+def test_skin_in_teeth_fails(synthetic_model, monkeypatch, depth, verdicts):
+    monkeypatch.setattr(Bench, "penetration", staticmethod(lambda vertices, coordinates: Penetration(depth, 0.0)))
+    assert broken(synthetic_model, "sequences") == verdicts
 
 
 class Exploding:

@@ -10,10 +10,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from risorius.effects import Touch
+from risorius.effects.contact import Contact
 from risorius.engine import Engine, Frame
 from risorius.evaluators import Evaluator, Setting, Superposition
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
+from risorius.penetration import PenetrationMeasure
 from risorius.scene import Scene
 
 
@@ -58,6 +60,14 @@ class Bench:
         """That of the engine, with a state of its own."""
         setting = self.engine.point.setting
         return self.model.evaluators[setting.method].at(setting)
+
+    @cached_property
+    def penetration(self) -> PenetrationMeasure | None:
+        """Of skin in teeth and in the other lip; None where the engine has no contact."""
+        contact = self.model.effects.get(Contact.name)
+        if not isinstance(contact, Contact) or Contact.name not in self.engine.effects:
+            return None
+        return PenetrationMeasure(contact.geometry, self.model.poses, self.model.rest_vertices, self.model.triangles)
 
     @cached_property
     def rest(self) -> Frame:

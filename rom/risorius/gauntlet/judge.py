@@ -22,11 +22,13 @@ VERDICTS = {
     "unfolded": "no converged frame has J <= 0 at a watched point",
     "residual": "no converged frame that physics corrected has a longer residual than the map's answer",
     "energy": "what nothing pushes any more never gains energy of motion",
+    "penetration": "with contact, no skin is more than 0.3 mm deeper in teeth or in the other lip than at rest",
     "recovers": "the frame after the case is the face at rest",
 }
 FARTHEST = 0.5  # of the longest side of the face
 SAME = 1e-6  # metres
 ROUNDING = 1e-12  # joules
+DEEPEST = 0.3e-3  # metres
 FAILURES = (Error, ArithmeticError, ValueError, TypeError, LookupError)
 
 
@@ -34,8 +36,8 @@ FAILURES = (Error, ArithmeticError, ValueError, TypeError, LookupError)
 class Judge:
     """Asks the engine of a bench and counts what does not hold, by verdict.
 
-    smallest_jacobian: of converged frames; None without watched points.
-    farthest: metres that a vertex has moved at most. energy: joules of motion in the last frame.
+    smallest_jacobian: of converged frames; None without watched points. farthest: metres that a vertex has moved at
+    most; deepest: metres that skin is in teeth or in the other lip. energy: joules of motion in the last frame.
     """
 
     bench: Bench
@@ -46,6 +48,7 @@ class Judge:
     held: int = 0
     smallest_jacobian: float | None = None
     farthest: float = 0.0
+    deepest: float = 0.0
     energy: float = 0.0
 
     def take(self, ask: Ask) -> None:
@@ -91,6 +94,10 @@ class Judge:
             smallest = float(model.watch.jacobians(state).min())
             self.smallest_jacobian = min(smallest, np.inf if self.smallest_jacobian is None else self.smallest_jacobian)
             self.broken["unfolded"] += not smallest > 0.0
+        if self.bench.penetration is not None:
+            found = self.bench.penetration(frame.vertices, state)
+            self.deepest = max(self.deepest, found.teeth, found.lips)
+            self.broken["penetration"] += max(found.teeth, found.lips) > DEEPEST
         corrected = self.bench.evaluator
         if isinstance(corrected, CorrectedMap) and frame.method == CorrectedMap.name and not self.bench.engine.effects:
             self.broken["residual"] += self._worsened(corrected, ask, state)

@@ -23,7 +23,8 @@ PASSED, FAILED, NOT_APPLICABLE = "passed", "failed", "not applicable"
 class Result:
     """What a case came to. detail: verdicts that are broken and in how many frames, or what the model lacks.
 
-    smallest_jacobian: of converged frames at the watched points, None where there are none; farthest: metres.
+    smallest_jacobian: of converged frames at the watched points, None where there are none. farthest: metres that a
+    vertex moves; deepest: metres that skin is in teeth or in the other lip.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Result:
     held: int = 0
     smallest_jacobian: float | None = None
     farthest: float = 0.0
+    deepest: float = 0.0
 
 
 def all_cases() -> list[Case]:
@@ -80,4 +82,5 @@ def _result(case: Case, bench: Bench) -> Result:
         held=judge.held,
         smallest_jacobian=judge.smallest_jacobian,
         farthest=judge.farthest,
+        deepest=judge.deepest,
     )
