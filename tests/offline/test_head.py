@@ -9,6 +9,7 @@ from risorius.errors import InputError
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.effect_choice import EffectChoice
+from risorius_offline.effects.signed_distance import SignedDistance
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.head.head import built_in_head
 from risorius_offline.head.proportions import NORMS
@@ -17,7 +18,7 @@ from risorius_offline.head.reshape import MILLIMETRES, SELLION
 from risorius_offline.head.skin import SKIN
 from risorius_offline.muscles.fibres import volume_positions
 from tests.full_head import MUSCLES
-from tests.offline.head_measures import distances, level, soft_tissue_depths, triangles
+from tests.offline.head_measures import distances, level, openings, soft_tissue_depths, triangles
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -111,6 +112,21 @@ def test_bone_is_its_own_mirror_image(adult_head, name):
     bone = adult_head.bones[name]
     other = mirror_nodes(bone.points)
     assert faces_of(other[bone.triangles][:, ::-1]) == faces_of(bone.triangles)
+
+
+def test_lips_do_not_get_behind_the_teeth_through_the_slit_between_them(adult_head):
+    behind = level(adult_head, 0)[openings(adult_head)[0]] - [0.0, 0.0, 3e-3]
+    behind = behind[np.abs(behind[:, 0]) < 0.015]
+    depths = [SignedDistance.of(adult_head.bones[name]).values(behind) for name in ("cranium", "jaw")]
+    assert len(behind) > 10
+    assert np.min(depths, axis=0).max() < -1e-3
+
+
+def test_teeth_reach_past_each_other(adult_head):
+    heights = {name: adult_head.bones[name].points for name in ("cranium", "jaw")}
+    for name, points in heights.items():
+        heights[name] = points[(np.abs(points[:, 0]) < 0.03) & (points[:, 2] > -0.04), 1]
+    assert heights["jaw"].max() - heights["cranium"].min() > 8e-3
 
 
 @pytest.mark.parametrize("contact", [ContactChoice.NONE, ContactChoice.LIPS])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from risorius.jaw import FloatArray
@@ -11,20 +13,53 @@ from risorius_offline.head.skin import EYE_CENTRE
 from risorius_offline.head.skull import GLOBE
 
 BITE = -45.6  # height at which upper and lower teeth meet
+PAST = 5.0  # how far they reach past each other, so that no tissue gets between them
+TEETH = (45.0, 46.0)  # they lie within this x and in front of this z
 THROAT = -84.0
 SUBDIVISIONS = 3
 
 
 def bones(deep: FloatArray, triangles: IntArray) -> dict[str, Surface]:
-    """Bones in millimetres. deep (n, 3) nodes of the deep side with their triangles (m, 3)."""
-    centre = deep[triangles].mean(axis=1)
-    upper = centre[:, 1] > BITE
-    lower = ~upper & (centre[:, 1] > THROAT)
+    """Bones in millimetres. deep (n, 3) nodes of the deep side with their triangles (m, 3).
+
+    Teeth are behind the slit between the lips, too.
+    """
+    triangles = np.concatenate([triangles, _behind_the_lips(deep, triangles)])
+    x, y, z = deep[triangles].mean(axis=1).T
+    past = np.where((np.abs(x) < TEETH[0]) & (z > TEETH[1]), PAST, 0.0)
+    upper, lower = y > BITE - past, (y <= BITE + past) & (y > THROAT)
     found = {"cranium": _part(deep, triangles[upper]), "jaw": _part(deep, triangles[lower])}
     for side, sign in (("left", 1.0), ("right", -1.0)):
         points, faces = _sphere()
         found[f"{side}_eyeball"] = Surface(points * GLOBE.radii[0] + np.array(EYE_CENTRE) * [sign, 1.0, 1.0], faces)
     return found
+
+
+def _behind_the_lips(deep: FloatArray, triangles: IntArray) -> IntArray:
+    """Triangles (k, 3) that close the slit between the lips: mirror images, wound as those that they join."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    size = len(deep)
+    border = edges[~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])]
+    following = dict(border.tolist())
+    entering = border[(deep[border[:, 0], 0] == 0.0) & (deep[border[:, 1], 0] > 0.0), 0]
+    left = _to_midline(deep, following, entering[deep[entering, 2].argmax()])
+    right = _to_midline(deep, following, left[-1])
+    image = dict(zip(left, reversed(right), strict=True))
+    found, first, last = [], 0, len(left) - 1
+    while last - first > 1:
+        found.append((left[first + 1], left[first], left[last]))
+        if last - first > 2:
+            found.append((left[last], left[last - 1], left[first + 1]))
+        first, last = first + 1, last - 1
+    return np.array(found + [(image[c], image[b], image[a]) for a, b, c in found])
+
+
+def _to_midline(deep: FloatArray, following: Mapping[int, int], start: int) -> list[int]:
+    """Nodes of a border from one in the midline to the next one there, both included."""
+    nodes = [int(start), following[int(start)]]
+    while deep[nodes[-1], 0] != 0.0:
+        nodes.append(following[nodes[-1]])
+    return nodes
 
 
 def _part(points: FloatArray, triangles: IntArray) -> Surface:
