@@ -48,7 +48,7 @@ def _straight(at: FloatArray, nodes: FloatArray, fine: FloatArray) -> FloatArray
 STRESS = 100e3
 
 COURSES = (
-    Course("zygomaticus_major", 3.5, 1.25 * STRESS, (
+    Course("zygomaticus_major", 3.5, 1.4 * STRESS, (
         ((56, -4, 48, 0.05), (46, -20, 64, 0.4), (36, -36, 78, 0.55), (28.5, -45.5, 86, 0.6)),)),
     Course("zygomaticus_minor", 2.5, STRESS, (
         ((47, -2, 62, 0.05), (36, -16, 76, 0.5), (25, -32, 88, 0.65), (17, -38, 94, 0.7)),)),
@@ -92,18 +92,18 @@ COURSES = (
     Course("orbicularis_oculi_orbitalis", 3.0, 0.4 * STRESS, (
         ((13, 19, 84, 0.2), (16, 31, 86, 0.5), (29, 37, 84, 0.6), (44, 32, 74, 0.6), (50, 17, 64, 0.6)),
         ((13, 15, 84, 0.2), (17, 1, 84, 0.5), (31, -5, 80, 0.6), (44, 1, 70, 0.6), (50, 16, 64, 0.6)))),
-    Course("frontalis_medialis", 5.0, 0.33 * STRESS, (
+    Course("frontalis_medialis", 5.0, 0.9 * STRESS, (
         ((5, 88, 82, 0.5), (6, 62, 95, 0.5), (7, 37, 97, 0.7)),
         ((14, 87, 80, 0.5), (15, 62, 93, 0.5), (16, 37, 92, 0.7)))),
-    Course("frontalis_lateralis", 5.0, 0.21 * STRESS, (
+    Course("frontalis_lateralis", 5.0, 0.65 * STRESS, (
         ((24, 84, 77, 0.5), (26, 60, 88, 0.5), (28, 38, 86, 0.7)),
         ((34, 80, 70, 0.5), (37, 58, 80, 0.5), (40, 36, 78, 0.7)))),
-    Course("corrugator_supercilii", 3.0, 1.3 * STRESS, (
-        ((6, 30, 91, 0.05), (15, 34.5, 91.5, 0.4), (27, 38, 87, 0.75)),
-        ((9, 29.5, 90, 0.05), (14, 34, 91.5, 0.4), (20, 38.5, 90, 0.8)))),
-    Course("depressor_supercilii", 2.0, 0.6 * STRESS, (
+    Course("corrugator_supercilii", 3.0, 2.4 * STRESS, (
+        ((5.5, 36, 94, 0.05), (16, 38, 92.5, 0.4), (31, 39.5, 86, 0.75)),
+        ((9, 30, 90, 0.05), (14, 34.5, 91.5, 0.4), (19, 38, 90, 0.8)))),
+    Course("depressor_supercilii", 2.0, 0.7 * STRESS, (
         ((8, 23, 88, 0.05), (10, 30, 90, 0.5), (13, 36.5, 93, 0.8)),)),
-    Course("procerus", 3.0, 0.5 * STRESS, (
+    Course("procerus", 3.0, 0.55 * STRESS, (
         ((3, 13, 93, 0.1), (4, 26, 92, 0.5), (6, 42, 97, 0.8)),)),
     Course("nasalis_alaris", 2.0, STRESS, (
         ((13, -30, 96, 0.05), (14.5, -24, 99, 0.5), (14, -17, 101, 0.65)),)),
