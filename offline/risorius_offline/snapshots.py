@@ -22,10 +22,9 @@ from risorius_offline.cluster import ModelOnWorker
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.effect_choice import EffectChoice
-from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.full_model import FullModel
+from risorius_offline.leaning import leaning_at_rest
 from risorius_offline.paths import Status, solve_waiting
-from risorius_offline.sensitivities import gravity_sensitivities
 
 NO_EFFECTS = EffectChoice()
 PACKAGES = ("risorius", "numpy", "scipy", "numba", "h5py", "pypardiso", "distributed")
@@ -47,7 +46,6 @@ class FullModelChoice:
         """What the file holds beside snapshots."""
         model = FullModel(self.anatomy)
         acting = self.effects.model(self.anatomy)
-        by_gravity = gravity_sensitivities(acting, EquilibriumSolver(acting).rest()) if self.derivatives else None
         return Face(
             name=self.anatomy.name,
             muscles=self.anatomy.inputs.muscles,
@@ -59,7 +57,7 @@ class FullModelChoice:
             lift_fields=model.lift_fields,
             body=None if self.effects.force_length else body_of(model),
             contact=None if self.effects.contact == ContactChoice.NONE else contact_geometry(self.anatomy),
-            rest_by_gravity=by_gravity,
+            leaning=leaning_at_rest(acting) if self.derivatives else None,
         )
 
 

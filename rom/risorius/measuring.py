@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from risorius.accuracy import HeldOut
 from risorius.error_bound import ErrorBound
-from risorius.evaluators import CorrectedMap, PolynomialMap, RationalMap, Setting, Superposition
+from risorius.evaluators import CorrectedMap, NetworkMap, PolynomialMap, RationalMap, Setting, Superposition
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.pipeline import Pipeline, pipelines
@@ -27,10 +27,11 @@ def settings(model: ReducedModel) -> list[Setting]:
     rank = model.rank - model.lifts
     corrected = model.evaluators.get(CorrectedMap.name)
     elements = corrected.elements if isinstance(corrected, CorrectedMap) else 0
+    leading = tuple(dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1))))
     wanted = [
         Setting(Superposition.name, rank),
         Setting(PolynomialMap.name, rank),
-        *(Setting(RationalMap.name, kept) for kept in dict.fromkeys((rank, max(rank // 2, 1), max(rank // 4, 1)))),
+        *(Setting(method, kept) for method in (RationalMap.name, NetworkMap.name) for kept in leading),
         *(Setting(CorrectedMap.name, rank, elements, steps) for steps in STEPS),
     ]
     return [setting for setting in wanted if setting.method in model.evaluators]

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.effects import Effect, Surroundings
-from risorius.effects.inertia import Inertia
 from risorius.error_bound import indicate
 from risorius.evaluators import Setting, Superposition
 from risorius.guard import Guard, Verdict
@@ -81,7 +80,7 @@ class Pipeline:
     @property
     def energy(self) -> float:
         """Joules of what moves; 0 without inertia."""
-        return sum(effect.energy for effect in self._effects if isinstance(effect, Inertia))
+        return sum(effect.energy for effect in self._effects)
 
     def write(self, out: npt.NDArray[np.float32]) -> None:
         """Write the vertices (n, 3) into contiguous `out`; without the effects' share where that would explode."""

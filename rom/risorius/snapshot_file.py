@@ -53,7 +53,8 @@ class Face:
     points (n, 3) nodes at rest; surface that is seen, and companions seen with it; nodal_volumes (n,) cubic metres;
     lift_fields (lifts, n, 3), one for each lift coordinate of the poses. body: of muscles whose active stress is
     proportional to stretch, else None. contact: what skin touches, None where snapshots were solved without contact.
-    rest_by_gravity: (3, n, 3) metres per m/s2 of gravity along x, y, z, of the face at rest; None in older files.
+    leaning: (5, n, 3) metres, displacement of the face at rest in each pose of `effects.leaning.LEANING`; None in files
+    without derivatives and in older ones.
     """
 
     name: str
@@ -66,7 +67,7 @@ class Face:
     lift_fields: FloatArray
     body: Body | None
     contact: ContactGeometry | None
-    rest_by_gravity: FloatArray | None = field(default=None, kw_only=True)
+    leaning: FloatArray | None = field(default=None, kw_only=True)
 
     @property
     def inputs(self) -> InputTable:
@@ -86,8 +87,8 @@ class Face:
             self.body.write(group.create_group("body"))
         if self.contact is not None:
             self.contact.write(group.create_group("contact"))
-        if self.rest_by_gravity is not None:
-            group["rest_by_gravity"] = self.rest_by_gravity
+        if self.leaning is not None:
+            group["leaning"] = self.leaning
         group.attrs["sha256"] = storage.content_checksum(group)
 
 
@@ -133,7 +134,7 @@ class SnapshotSet(Face):
                 nodal_volumes=group["nodal_volumes"][()],
                 lift_fields=group["lift_fields"][()],
                 body=Body.read(group["body"]) if "body" in group else None,
-                rest_by_gravity=group["rest_by_gravity"][()] if "rest_by_gravity" in group else None,
+                leaning=group["leaning"][()] if "leaning" in group else None,
                 contact=ContactGeometry.read(group["contact"]) if "contact" in group else None,
                 parameters=samples["parameters"][()][solved],
                 kinds=tuple(samples["kind"].asstr()[()][solved]),

@@ -15,6 +15,7 @@ from risorius.carried_basis import CarriedBasis
 from risorius.effects import EFFECTS
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
+from risorius.evaluators.network_fit import fit_network
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.guard.watch import Watch, random_states
 from risorius.hyper_reduction.sampled_body import Equilibria, SampledBody, sample_body
@@ -68,11 +69,13 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         sizes=np.linalg.norm(actions, axis=1),
         reflection=modal.reflection,
     )
-    learned = RationalMap.fit(observations)
+    rational = RationalMap.fit(observations)
+    learned = rational if modal.derivatives is None else fit_network(observations)
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(actions),
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
-        RationalMap.name: learned,
+        RationalMap.name: rational,
+        learned.name: learned,
     }
     fields = np.concatenate([snapshots.lift_fields, modal.modes])
     watch = None

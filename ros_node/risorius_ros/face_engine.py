@@ -55,8 +55,7 @@ class FaceEngine(Node):
         if not path:
             raise risorius.InputError("parameter model_path is empty; set it to a model file of `risorius train`")
         scene = risorius.Scene.load(scene_path) if scene_path else risorius.Scene()
-        model = risorius.load(path)
-        self._engine = risorius.Engine(messages.rotated_to_rep103(model), scene)
+        self._engine = risorius.Engine(messages.rotated_to_rep103(risorius.load(path)), scene)
         rest = self._engine.model
         self._gate = InputGate(rest.inputs)
         self._weights = np.zeros(len(rest.inputs.names))
@@ -69,7 +68,7 @@ class FaceEngine(Node):
 
         self._slider_moves: deque[tuple[str, float]] = deque()
         self._slider_moved = self.create_guard_condition(self._answer_sliders)
-        self._preview = self._open_preview(model, scene, port or None) if with_preview else None
+        self._preview = self._open_preview(port or None) if with_preview else None
 
         self._topology_publisher = self.create_publisher(Mesh, messages.TOPOLOGY, messages.LATCHED)
         self._topology_publisher.publish(messages.topology_message(rest.rest_vertices, rest.triangles))
@@ -92,10 +91,10 @@ class FaceEngine(Node):
         except ParameterException as error:
             raise risorius.InputError(f"parameter {name}: {error}") from error
 
-    def _open_preview(self, model: risorius.ReducedModel, scene: risorius.Scene, port: int | None) -> Preview:
+    def _open_preview(self, port: int | None) -> Preview:
         from risorius.preview import Preview
 
-        return Preview(risorius.Engine(model, scene), port=port, on_input=self._on_slider)
+        return Preview(messages.rotated_from_rep103(self._engine.model), port=port, on_input=self._on_slider)
 
     def _answer(self, message: JointState) -> None:
         weights = self._gate.message(message.name, message.position)

@@ -22,7 +22,7 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 # Components of a vector (x to the person's left, y up, z out of the face) in the order of REP-103 (x out of the face,
 # y left, z up), and back. Both are rotations, so triangles keep their outer side.
 _TO_REP103 = (2, 0, 1)
-_FROM_REP103 = [1, 2, 0]
+_FROM_REP103 = (1, 2, 0)
 
 FloatVectors = npt.NDArray[np.float32]
 
@@ -30,6 +30,11 @@ FloatVectors = npt.NDArray[np.float32]
 def rotated_to_rep103(model: ReducedModel) -> ReducedModel:
     """Return the model with its vertices in the frame of REP-103, so that no frame needs to be rotated."""
     return model.in_axes(_TO_REP103)
+
+
+def rotated_from_rep103(model: ReducedModel) -> ReducedModel:
+    """Return a model of `rotated_to_rep103` with its vertices in the frame of `risorius.Engine` again."""
+    return model.in_axes(_FROM_REP103)
 
 
 def from_rep103(vertices: FloatVectors) -> FloatVectors:

@@ -28,7 +28,7 @@ class Stand:
     def __init__(self, model: ReducedModel) -> None:
         self.engine = Engine(model)
         self.moves: queue.SimpleQueue[tuple[str, float]] = queue.SimpleQueue()
-        self.preview = Preview(self.engine, on_input=lambda name, value: self.moves.put((name, value)))
+        self.preview = Preview(self.engine.model, on_input=lambda name, value: self.moves.put((name, value)))
 
     def show(self, **weights: float) -> int:
         return self.preview.show(self.engine.evaluate(weights))

@@ -47,7 +47,7 @@ def open_page(chromium: Any) -> Iterator[Callable[[ReducedModel, dict[str, float
 
     def opened(model: ReducedModel, weights: dict[str, float]) -> Any:
         engine = Engine(model)
-        previews.append(Preview(engine, on_input=lambda *_: None))
+        previews.append(Preview(engine.model, on_input=lambda *_: None))
         sequence = previews[-1].show(engine.evaluate(weights))
         page = context.new_page()
         page.set_default_timeout(1000 * PATIENCE)

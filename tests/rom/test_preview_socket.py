@@ -36,7 +36,7 @@ class Stand:
     def __init__(self, model: ReducedModel) -> None:
         self.engine = Engine(model)
         self.moves: list[tuple[str, float]] = []
-        self.preview = Preview(self.engine, on_input=lambda name, value: self.moves.append((name, value)))
+        self.preview = Preview(self.engine.model, on_input=lambda name, value: self.moves.append((name, value)))
         self.address = self.preview.url.removeprefix("http://").rstrip("/")
         self.port = int(self.address.rpartition(":")[2])
 
@@ -169,18 +169,18 @@ def test_message_that_no_page_sends_ends_the_connection(stand: Stand, message: s
 
 def test_busy_port_is_an_error_that_names_it(stand: Stand) -> None:
     with pytest.raises(InputError, match=rf"port {stand.port} .*choose another port"):
-        Preview(stand.engine, port=stand.port, on_input=lambda *_: None)
+        Preview(stand.engine.model, port=stand.port, on_input=lambda *_: None)
 
 
 @pytest.mark.parametrize("port", [0, -1, 65536])
 def test_port_that_does_not_exist_is_refused(stand: Stand, port: int) -> None:
     with pytest.raises(InputError, match="1 to 65535"):
-        Preview(stand.engine, port=port, on_input=lambda *_: None)
+        Preview(stand.engine.model, port=port, on_input=lambda *_: None)
 
 
 def test_unknown_host_is_refused(stand: Stand) -> None:
     with pytest.raises(InputError, match=r"host 'no\.such\.host\.invalid'"):
-        Preview(stand.engine, host="no.such.host.invalid", on_input=lambda *_: None)
+        Preview(stand.engine.model, host="no.such.host.invalid", on_input=lambda *_: None)
 
 
 def test_frame_of_another_model_is_refused(stand: Stand) -> None:
@@ -197,7 +197,7 @@ def test_listens_on_this_machine_only(stand: Stand) -> None:
 
 
 def test_page_may_be_served_to_other_machines_when_asked(stand: Stand) -> None:
-    with closing(Preview(stand.engine, host="0.0.0.0", on_input=lambda *_: None)) as preview:
+    with closing(Preview(stand.engine.model, host="0.0.0.0", on_input=lambda *_: None)) as preview:
         name, _, port = preview.url.removeprefix("http://").rstrip("/").partition(":")
         assert name == "localhost"
         other_name = f"robot.example:{port}"
@@ -227,7 +227,7 @@ def test_close_frees_the_port_ends_connections_and_may_be_repeated(synthetic_mod
     assert talk(work()) == 1001
     stand.preview.close()
     stand.show()  # harmless: a frame may arrive while a node shuts down
-    Preview(stand.engine, port=stand.port, on_input=lambda *_: None).close()
+    Preview(stand.engine.model, port=stand.port, on_input=lambda *_: None).close()
 
 
 def test_sliders_pair_sides_and_keep_ranges(synthetic_model: ReducedModel) -> None:

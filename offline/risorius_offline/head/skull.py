@@ -38,4 +38,5 @@ HOLLOWS = (
 ABOVE_THE_CHIN = carve(Ellipsoid((0, -63, 92), (17, 9, 10.5)), 8)  # where the mandible recedes
 GLOBE = Ellipsoid(EYE_CENTRE, (EYE_RADIUS + 0.2,) * 3)
 
-DEEP = Sculpture((*CRANIUM, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE), *HOLLOWS, ABOVE_THE_CHIN, add(GLOBE, 3)))
+BONES = (*CRANIUM, *(add(s.shape, max(s.blend, 8.0)) for s in MANDIBLE))
+DEEP = Sculpture((*BONES, *HOLLOWS, ABOVE_THE_CHIN, add(GLOBE, 3)))

@@ -63,7 +63,7 @@ def visible_skin(sheet: Sheet, shell: Shell, held_rim: npt.NDArray[np.bool_]) ->
 
 
 def _walls(edges: IntArray, right: npt.NDArray[np.bool_], shell: Shell) -> list[IntArray]:
-    """Triangles through the thickness beneath edges (k, 2), outward; right (k,) flags edges with the mirrored diagonal."""
+    """Triangles through the thickness beneath edges (k, 2), outward; right (k,): the diagonal is mirrored."""
     count = shell.level_size
     walls = []
     for level in range(len(shell.points) // count - 1):

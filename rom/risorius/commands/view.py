@@ -58,7 +58,7 @@ def view(
 
     engine = engine_for(model, scene)
     moves = _Moves()
-    preview = Preview(engine, host=host, port=port, on_input=moves.put)
+    preview = Preview(engine.model, host=host, port=port, on_input=moves.put)
     try:
         typer.echo(f"{engine.model.name}: open {preview.url} in a browser; Ctrl-C stops")
         _drive(engine, moves, preview.show, play=play, seconds=seconds)

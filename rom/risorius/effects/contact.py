@@ -7,14 +7,16 @@ pushed out along smooth fields around them, at most `SWEEPS` times in a frame, a
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import h5py
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_kernels import resolve
+from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
 from risorius.evaluators.setting import Setting
@@ -28,6 +30,7 @@ class Contact:
 
     name: ClassVar[str] = "contact"
     needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
+    energy: ClassVar[float] = 0.0
 
     def __init__(self, tables: ContactTables, geometry: ContactGeometry, carriers: int) -> None:
         self.tables, self.geometry = tables, geometry
@@ -38,16 +41,27 @@ class Contact:
             t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
             self._turn, self._origin,
         )  # fmt: skip
-        sign = float(t.orientation[0])
-        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, sign
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares
         points, vertices, controls = len(t.points), len(t.vertices), len(t.column_starts) - 1
-        self._all = np.arange(points, dtype=np.int32), np.arange(vertices, dtype=np.int32)
+        rows = sp.csr_matrix((t.row_shares, t.row_controls, t.row_starts), shape=(len(t.row_starts) - 1, controls))
+        touching = t.onset > -1.0
+        kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
+        slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
+        of_lips = Patches.of(rows[t.vertices], np.zeros(vertices, np.int64))
+        self._patches = _tables(Patches.of(rows[t.points], kinds), slack), _tables(of_lips, np.zeros(vertices))
+        beside = sp.csr_matrix(rows.T @ rows)
+        movers = np.where(np.diff(t.row_starts) > 0, np.append(t.row_controls, -1)[t.row_starts[:-1]], -1)
+        self._opposite = (
+            movers[t.triangles[:, 0]].astype(np.int32), beside.indptr.astype(np.int32),
+            beside.indices.astype(np.int32), np.zeros(controls),
+        )  # fmt: skip
+        sign = float(t.orientation[0])
+        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, sign
         self._state = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(vertices, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(vertices), np.zeros((vertices, 3)), np.zeros((controls, 3)),
-            np.zeros(controls), np.zeros((controls, 3)),
+            np.zeros(controls), np.zeros((controls, 3)), np.zeros(controls),
         )  # fmt: skip
         self._motion = np.zeros((4, 4))
 
@@ -83,7 +97,9 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        resolve(vertices, self._teeth, self._lips, self._rows, self._columns, *self._all, self._state)
+        resolve(
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state
+        )
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
@@ -110,3 +126,7 @@ class Contact:
         """Load what `write` stored."""
         tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
         return cls(tables, ContactGeometry.read(group["geometry"]), int(group.attrs["carriers"]))
+
+
+def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
+    return patches.leaders, slack, patches.order, patches.starts, patches.control_starts, patches.controls

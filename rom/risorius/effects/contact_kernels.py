@@ -10,11 +10,17 @@ import math
 import numba
 
 from risorius.closest_point import closest_point
+from risorius.effects.contact_patches import (
+    below_zero,
+    beyond_leaders,
+    take_off_opposite_steps,
+    take_off_steps,
+)
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 6  # at most, of a frame
-NEAR, DEPTHS = 0.5e-3, 1.5  # metres, times the deepest: a point with a gap wider than both is not looked at again
+LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
 HALF = 0.6  # of a depth in the other lip, which gives way, too
@@ -112,7 +118,7 @@ def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, plane
     for e in range(count):
         number = which[e]
         p, t = vertices[number], at[number]
-        px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
+        px, py, pz = x[p, 0], x[p, 1], x[p, 2]
         gaps[number] = APART
         square, w0, w1, w2, from_start = FAR * FAR, 1.0, 0.0, 0.0, -1
         candidate, ends = t, False
@@ -140,6 +146,7 @@ def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, plane
             t, from_start = following, 1
             w0, w1, w2 = n0, n1, n2
         if from_start < 0:
+            gaps[number] = FAR
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
         for k in range(-1, 3):
@@ -169,11 +176,11 @@ def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, plane
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
                 + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
                 + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
-        gap = math.sqrt(square)
         if side >= 0.0:
-            gaps[number] = gap
-        elif gap < DEEPEST:
-            gaps[number] = -gap
+            gaps[number] = math.sqrt(square)
+            continue
+        if square < DEEPEST * DEEPEST:
+            gaps[number] = -math.sqrt(square)
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
         ways[number, 0], ways[number, 1], ways[number, 2] = nx / length, ny / length, nz / length
 
@@ -187,27 +194,12 @@ def _smallest(gaps):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def nearer(gaps, than, among, count, which):  # type: ignore[no-untyped-def]
-    """Write those of `count` numbers with gaps (k,) below `than`, which may be in place; return how many."""
-    found = 0
-    for e in range(count):
-        number = among[e]
-        if gaps[number] < than:
-            which[found] = number
-            found += 1
-    return found
-
-
-@_compiled
-def gather(vertices, which, count, gaps, ways, factor, starts, controls, shares, wanted, total):  # type: ignore[no-untyped-def]
-    """Add what points with a negative gap want of the controls, weighted by depth; return the deepest."""
-    deepest = 0.0
-    for e in range(count):
-        number = which[e]
+def gather(vertices, gaps, ways, factor, starts, controls, shares, wanted, total):  # type: ignore[no-untyped-def]
+    """Add what points with a negative gap want of the controls, weighted by depth."""
+    for number in range(len(vertices)):
         depth = -gaps[number]
         if depth <= 0.0:
             continue
-        deepest = max(deepest, depth)
         depth = factor * (depth + SPARE)
         dx, dy, dz = depth * ways[number, 0], depth * ways[number, 1], depth * ways[number, 2]
         p = vertices[number]
@@ -217,16 +209,16 @@ def gather(vertices, which, count, gaps, ways, factor, starts, controls, shares,
             wanted[control, 0] += share * dx
             wanted[control, 1] += share * dy
             wanted[control, 2] += share * dz
-    return deepest
 
 
 @_compiled
-def move(x, wanted, total, moved, starts, vertices, shares):  # type: ignore[no-untyped-def]
+def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ignore[no-untyped-def]
     """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
-    moved (c, 3): by how much the controls have moved in this frame.
+    moved (c, 3): by how much the controls have moved in this frame; steps (c,): now.
     """
     for control in range(len(total)):
+        steps[control] = 0.0
         if total[control] <= 0.0:
             continue
         scale = GAIN / total[control]
@@ -235,6 +227,7 @@ def move(x, wanted, total, moved, starts, vertices, shares):  # type: ignore[no-
         ax, ay, az = moved[control, 0] + dx, moved[control, 1] + dy, moved[control, 2] + dz
         short = min(1.0, FARTHEST / max(math.sqrt(ax * ax + ay * ay + az * az), 1e-12))
         dx, dy, dz = short * ax - moved[control, 0], short * ay - moved[control, 1], short * az - moved[control, 2]
+        steps[control] = math.sqrt(dx * dx + dy * dy + dz * dz)
         moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
         for entry in range(starts[control], starts[control + 1]):
             vertex, share = vertices[entry], shares[entry]
@@ -244,42 +237,40 @@ def move(x, wanted, total, moved, starts, vertices, shares):  # type: ignore[no-
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, all_points, all_vertices, state):  # type: ignore[no-untyped-def]
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin = teeth
     vertices, facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    leaders, slack, order, order_starts, control_starts, controls = patches
+    leaders_lips, slack_lips, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
+    movers, beside_starts, beside, around = opposite
     at[:] = facing
     gaps_to_teeth(
-        x, points, all_points, len(points), onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin,
+        x, points, leaders, len(leaders), onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin,
         gaps, ways,
     )  # fmt: skip
     gaps_to_lips(
-        x, vertices, all_vertices, len(vertices), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+        x, vertices, leaders_lips, len(leaders_lips), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
     )
-    smallest = min(_smallest(gaps), _smallest(gaps_lips))
-    if smallest > -ENOUGH:
-        return 0
-    count = nearer(gaps, NEAR - DEPTHS * smallest, all_points, len(points), which)
-    count_lips = nearer(gaps_lips, NEAR - DEPTHS * smallest, all_vertices, len(vertices), which_lips)
+    count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
+    count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
     moved[:] = 0.0
-    for sweep in range(SWEEPS):
-        deepest = gather(points, which, count, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-        deeper = gather(
-            vertices, which_lips, count_lips, gaps_lips, ways_lips, HALF, rows[0], rows[1], rows[2], wanted, total
-        )
-        if max(deepest, deeper) < ENOUGH:
-            wanted[:] = 0.0
-            total[:] = 0.0
-            return sweep
-        reach = NEAR + DEPTHS * max(deepest, deeper)
-        count = nearer(gaps, reach, which, count, which)
-        count_lips = nearer(gaps_lips, reach, which_lips, count_lips, which_lips)
-        move(x, wanted, total, moved, columns[0], columns[1], columns[2])
+    for sweep in range(SWEEPS + 1):
         gaps_to_teeth(
             x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
         )
         gaps_to_lips(
             x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
         )
+        deepest = -min(_smallest(gaps), _smallest(gaps_lips))
+        if sweep == SWEEPS or deepest < (ENOUGH if sweep < FIRST else LITTLE):
+            return sweep
+        gather(points, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+        gather(vertices, gaps_lips, ways_lips, HALF, rows[0], rows[1], rows[2], wanted, total)
+        move(x, wanted, total, moved, steps, columns[0], columns[1], columns[2])
+        take_off_steps(order, order_starts, control_starts, controls, steps, gaps)
+        take_off_steps(order_lips, starts_lips, control_starts_lips, controls_lips, steps, gaps_lips)
+        take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps_lips)
+        count, count_lips = below_zero(gaps, which), below_zero(gaps_lips, which_lips)
     return SWEEPS

@@ -58,6 +58,11 @@ class Effect(Protocol):
     needs: ClassVar[str]
     fields: npt.NDArray[np.float32]
 
+    @property
+    def energy(self) -> float:
+        """Joules of what moves in the last frame; 0 where nothing has mass."""
+        ...
+
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Effect | None:
         """Return that of a face whose coordinates have fields (r, n, 3) on all nodes; None where `needs` is missing."""

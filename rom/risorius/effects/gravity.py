@@ -1,9 +1,10 @@
 """Weight of the tissue when the head leaves the pose in which its shape was taken.
 
-The displacement is linear in the change of gravity. How far tissue gives way depends on what muscles and jaw do to it:
-du/dg of equilibria, from their factorised tangents, is interpolated between them by kernel ridge regression (Saunders,
-Gammerman and Vovk 1998) with a Gaussian kernel. Without contact, the state at rest is one of them; with contact it is
-left out: tissue then lies on bones without pressing, and its tangent knows nothing of them.
+The displacement is linear in the change of gravity, in each of five half directions by itself: contact works one way.
+How far tissue gives way depends on what muscles and jaw do to it. Where they have not moved it, it gives way as it does
+at rest, where equilibria are known in which the head leans; where they have, it follows the tangent du/dg of the
+equilibrium. Blended so, point by point, responses of the training snapshots are interpolated by kernel ridge regression
+(Saunders, Gammerman and Vovk 1998) with a Gaussian kernel; the state at rest is one of them.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from risorius.effects.effect import UPRIGHT, Surroundings
+from risorius.effects.effect import Surroundings
+from risorius.effects.leaning import HALVES, LEANING, halves, rest_responses
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
@@ -23,56 +25,59 @@ from risorius.snapshot_file import SnapshotSet
 
 MODES = 16
 STATES = 400  # equilibria at most, evenly chosen
-RIDGE, RIDGE_AT_REST = 0.3, 1e-6  # of a kernel that is 1 at its centre
+UNMOVED = 0.8e-3  # metres: what has moved by less is as at rest
+RIDGE, RIDGE_AT_REST = 0.1, 1e-3  # of a kernel that is 1 at its centre
 LARGEST = 30.0  # m/s2: three times what weighs on Earth
+TOLERANCE = 5e-6  # metres in any pose of LEANING: what the response of a part of a face may be off
 
 
 class Gravity:
     """fields: (k, c, 3) float32, metres per unit of its own coordinates.
 
-    states (t, p): parameters of equilibria; the kernel of a distance d of parameters is exp(-d^2 / (2 spread)).
-    mean (3, k) and weights (t, 3 k): own coordinates per m/s2 along x, y, z are mean + kernels @ weights.
+    states (t, p): parameters of equilibria, divided by the width of the kernel exp(-d^2 / 2). mean (5 k,) and weights
+    (t, 5 k): own coordinates per m/s2 in the half directions are mean + kernels @ weights.
     """
 
     name: ClassVar[str] = "gravity"
     needs: ClassVar[str] = "snapshots of this release that hold derivatives"
+    energy: ClassVar[float] = 0.0
 
     def __init__(
-        self,
-        fields: npt.NDArray[np.float32],
-        states: FloatArray,
-        spread: float,
-        mean: FloatArray,
-        weights: FloatArray,
+        self, fields: npt.NDArray[np.float32], width: float, states: FloatArray, mean: FloatArray, weights: FloatArray
     ) -> None:
         self.fields = fields
-        self._states, self._spread, self._mean, self._weights = states, spread, mean, weights
-        self._half_squares = 0.5 * np.square(states).sum(axis=1)
+        self._width, self._states, self._mean, self._weights = width, states, mean, weights
+        # exp(-|s - p|^2 / 2) = exp(s p) exp(-|s|^2 / 2) exp(-|p|^2 / 2), the second of which goes with the weights.
+        self._centres = states.astype(np.float32)
+        folded = np.exp(-0.5 * np.square(states).sum(axis=1))[:, None] * weights
+        self._folded, self._base = folded.astype(np.float32), mean.astype(np.float32)
+        self._kernels, self._responses = np.empty(len(states), np.float32), np.empty(len(mean), np.float32)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Gravity | None:
         """See `Effect`."""
-        if snapshots.by_gravity is None or snapshots.rest_by_gravity is None:
+        if snapshots.by_gravity is None or snapshots.leaning is None:
             return None
-        at_rest = int(snapshots.contact is None)
         used = np.flatnonzero(~snapshots.held_out)
         rows = used[np.unique(np.linspace(0, len(used) - 1, min(STATES, len(used))).astype(np.int64))]
         carriers = np.unique(snapshots.surface.weights.indices)
-        responses = np.empty((at_rest + len(rows), 3, len(carriers), 3), np.float32)
-        responses[:at_rest] = snapshots.rest_by_gravity[:, carriers]
-        for out, row in zip(responses[at_rest:], rows, strict=True):
-            out[:] = snapshots.by_gravity[row][:, carriers]
-        states = np.vstack([np.zeros((at_rest, snapshots.parameters.shape[1])), snapshots.parameters[rows]])
-        modes = _modes(responses.reshape(3 * len(states), -1))
-        found = (responses.reshape(3 * len(states), -1) @ modes.T).reshape(len(states), -1).astype(np.float64)
-        squares = np.square(states).sum(axis=1)
-        distances = squares[:, None] + squares - 2.0 * states @ states.T
-        spread = float(np.median(distances[np.triu_indices(len(states), 1)]))
+        responses = np.empty((1 + len(rows), len(HALVES), len(carriers), 3), np.float32)
+        responses[0] = rest_responses(snapshots.leaning[:, carriers])
+        for out, row in zip(responses[1:], rows, strict=True):
+            moved = snapshots.displacements[row][carriers]
+            as_at_rest = np.exp(-0.5 * np.square(moved / UNMOVED).sum(axis=1, keepdims=True))
+            tangents = snapshots.by_gravity[row][:, carriers][HALVES]
+            out[:] = tangents + as_at_rest * (responses[0] - tangents)
+        states = np.vstack([np.zeros((1, snapshots.parameters.shape[1])), snapshots.parameters[rows]])
+        flat = responses.reshape(len(HALVES) * len(states), -1)
+        modes = _modes(flat)
+        found = (flat @ modes.T).reshape(len(states), -1).astype(np.float64)
+        width = float(np.sqrt(np.median(_squared_distances(states)[np.triu_indices(len(states), 1)])))
         ridge = np.full(len(states), RIDGE)
-        ridge[:at_rest] = RIDGE_AT_REST
+        ridge[0] = RIDGE_AT_REST
         mean = found.mean(axis=0)
-        weights = np.linalg.solve(np.exp(-distances / (2.0 * spread)) + np.diag(ridge), found - mean)
-        return cls(modes.reshape(len(modes), -1, 3), states, spread, mean.reshape(3, -1), weights)
+        weights = np.linalg.solve(_kernel(states / width) + np.diag(ridge), found - mean)
+        return cls(modes.reshape(len(modes), -1, 3), width, states / width, mean, weights)
 
     def check(self, surroundings: Surroundings) -> None:
         """Refuse an acceleration that is not one of heads."""
@@ -91,9 +96,13 @@ class Gravity:
         own[:] = 0.0
         if surroundings.gravity is None:
             return
-        half_distances = self._half_squares + 0.5 * (parameters @ parameters) - self._states @ parameters
-        kernels = np.exp(half_distances / -self._spread)
-        np.dot(surroundings.gravity - UPRIGHT, self._mean + (kernels @ self._weights).reshape(3, -1), out=own)
+        place = (parameters / self._width).astype(np.float32)
+        np.dot(self._centres, place, out=self._kernels)
+        np.exp(self._kernels, out=self._kernels)
+        np.dot(self._kernels, self._folded, out=self._responses)
+        self._responses *= np.exp(-0.5 * (place @ place))
+        self._responses += self._base
+        np.dot(halves(surroundings.gravity), self._responses.reshape(len(HALVES), -1), out=own)
 
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Do nothing: vertices follow the coordinates."""
@@ -103,29 +112,72 @@ class Gravity:
         return self
 
     def within(self, part: Part) -> Gravity:
-        """See `Effect`. Parameters that are left out are zero."""
-        states = self._states[:, part.parameters]
+        """See `Effect`. Parameters that are left out are zero, and few of the states then suffice."""
+        states = np.ascontiguousarray(self._states[:, part.parameters])
         left_out = np.square(self._states).sum(axis=1) - np.square(states).sum(axis=1)
-        weights = self._weights * np.exp(left_out / (-2.0 * self._spread))[:, None]
+        weights = np.exp(-0.5 * left_out)[:, None] * self._weights
         fields = np.ascontiguousarray(self.fields[:, part.carriers])
-        return Gravity(fields, np.ascontiguousarray(states), self._spread, self._mean, weights)
+        return Gravity(fields, self._width, *self._fewer(states, weights, fields))
+
+    def _fewer(
+        self, states: FloatArray, weights: FloatArray, fields: npt.NDArray[np.float32]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """States, mean and weights of an interpolant in fewer states, within TOLERANCE at all (t, p) of them."""
+        kernel = _kernel(states)
+        wanted, order = kernel @ weights, _pivots(kernel)
+        sizes = np.linalg.norm(fields, axis=2).max(axis=1, initial=0.0)
+        changes = np.abs([halves(pose) for pose in LEANING]).max(axis=0)
+        metres = (changes[:, None] * sizes).ravel()
+        fewest, most = 0, len(order)  # too few, enough
+        while most - fewest > 1:
+            count = (fewest + most) // 2
+            found = _projected(kernel, order[:count], wanted)
+            close = (np.abs(kernel[:, order[:count]] @ found - wanted) @ metres).max() < TOLERANCE
+            fewest, most = (fewest, count) if close else (count, most)
+        chosen = order[:most]
+        return states[chosen], self._mean, _projected(kernel, chosen, wanted)
 
     def in_axes(self, order: tuple[int, int, int]) -> Gravity:
         """See `Effect`."""
         fields = np.ascontiguousarray(self.fields[:, :, list(order)])
-        return Gravity(fields, self._states, self._spread, self._mean, self._weights)
+        return Gravity(fields, self._width, self._states, self._mean, self._weights)
 
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
         group["fields"], group["states"], group["mean"] = self.fields, self._states, self._mean
         group["weights"] = self._weights
-        group.attrs["spread"] = self._spread
+        group.attrs["width"] = self._width
 
     @classmethod
     def read(cls, group: h5py.Group) -> Gravity:
         """Load what `write` stored."""
         fields, states, mean, weights = (group[name][()] for name in ("fields", "states", "mean", "weights"))
-        return cls(fields, states, float(group.attrs["spread"]), mean, weights)
+        return cls(fields, float(group.attrs["width"]), states, mean, weights)
+
+
+def _squared_distances(states: FloatArray) -> FloatArray:
+    squares = np.square(states).sum(axis=1)
+    return squares[:, None] + squares - 2.0 * states @ states.T
+
+
+def _kernel(states: FloatArray) -> FloatArray:
+    return np.asarray(np.exp(-0.5 * _squared_distances(states)))
+
+
+def _pivots(kernel: FloatArray) -> npt.NDArray[np.int64]:
+    """Numbers of states, each the least known from those before: pivoted Cholesky (Harbrecht et al. 2012)."""
+    left, columns, order = np.diag(kernel).copy(), np.zeros((0, len(kernel))), list[int]()
+    while len(order) < len(kernel) and left.max() > 1e-9:
+        pivot = int(left.argmax())
+        column = (kernel[pivot] - columns[:, pivot] @ columns) / np.sqrt(left[pivot])
+        columns, left = np.vstack([columns, column]), left - column**2
+        order.append(pivot)
+    return np.array(order, np.int64)
+
+
+def _projected(kernel: FloatArray, chosen: npt.NDArray[np.int64], wanted: FloatArray) -> FloatArray:
+    """Weights of chosen states that come nearest to values (t, k) at all."""
+    return np.asarray(np.linalg.lstsq(kernel[:, chosen], wanted, rcond=1e-10)[0])
 
 
 def _modes(responses: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -50,6 +50,7 @@ class TouchResponse:
 
     name: ClassVar[str] = "touch"
     needs: ClassVar[str] = "snapshots without contact and without the force-length relation"
+    energy: ClassVar[float] = 0.0
 
     def __init__(self, tissue: Tissue, weights: sp.csr_matrix, order: tuple[int, int, int], carriers: int) -> None:
         self.fields: npt.NDArray[np.float32] = np.zeros((0, carriers, 3), np.float32)

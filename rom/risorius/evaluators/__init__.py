@@ -10,6 +10,7 @@ from typing import Protocol
 import h5py
 
 from risorius.evaluators.corrected import CorrectedMap
+from risorius.evaluators.network import NetworkMap
 from risorius.evaluators.polynomial import PolynomialMap
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
@@ -44,4 +45,4 @@ class Evaluator(Protocol):
         ...
 
 
-EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap, CorrectedMap)}
+EVALUATORS = {kind.name: kind for kind in (Superposition, PolynomialMap, RationalMap, NetworkMap, CorrectedMap)}

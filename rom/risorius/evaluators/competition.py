@@ -18,6 +18,7 @@ from functools import cached_property
 
 import numba
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import minimize
 
 from risorius.evaluators.observations import Observations
@@ -38,13 +39,10 @@ def fit_competition(observations: Observations) -> FloatArray:
     """Weights (p, p): [k, i] is what one unit of parameter k adds to the denominator of parameter i."""
     observations = observations.thinned(MOST_SNAPSHOTS).both_sides()
     count, muscles = observations.parameters.shape[1], observations.muscles
-    rivals = observations.lowest >= 0.0
-    free = np.zeros((count, count), bool)
-    free[:, :muscles] = rivals[:, None]
+    admissible = AdmissibleWeights.of(observations)
+    free, least = admissible.free, admissible.least
     if not free.any():
         return np.zeros((count, count))
-    relief = RELIEF / max(int(rivals[muscles:].sum()), 1)
-    least = np.where(np.arange(count) < muscles, 0.0, relief)[:, None].repeat(count, axis=1)
     start = np.diag(np.where(np.arange(count) < muscles, START, 0.0))
     problem = _Fit(observations, LEADING_MODES)
     decay = DECAY * problem.size
@@ -60,6 +58,29 @@ def fit_competition(observations: Observations) -> FloatArray:
     weights = np.zeros((count, count))
     weights[free] = found.x
     return observations.symmetrised(weights)
+
+
+@dataclass(frozen=True)
+class AdmissibleWeights:
+    """free (p, p): weights that may differ from 0; least (p, p) of these, so that no denominator is less than 1/2."""
+
+    free: npt.NDArray[np.bool_]
+    least: FloatArray
+
+    @classmethod
+    def of(cls, observations: Observations) -> AdmissibleWeights:
+        """Those of muscles divided by parameters that cannot be negative."""
+        count, muscles = observations.parameters.shape[1], observations.muscles
+        rivals = observations.lowest >= 0.0
+        free = np.zeros((count, count), bool)
+        free[:, :muscles] = rivals[:, None]
+        relief = RELIEF / max(int(rivals[muscles:].sum()), 1)
+        least = np.where(np.arange(count) < muscles, 0.0, relief)[:, None].repeat(count, axis=1)
+        return cls(free, least)
+
+    def nearest(self, weights: FloatArray) -> FloatArray:
+        """The admissible weights nearest to some (p, p)."""
+        return np.where(self.free, np.maximum(weights, self.least), 0.0)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from risorius.evaluators.network import NetworkMap
 from risorius.evaluators.rational import RationalMap
 from risorius.evaluators.setting import Setting
 from risorius.hyper_reduction.correction import Correction
@@ -22,6 +23,9 @@ from risorius.hyper_reduction.sampled_body import SampledBody
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.poses import Poses
+
+Predictor = RationalMap | NetworkMap
+PREDICTORS: dict[str, type[Predictor]] = {kind.name: kind for kind in (RationalMap, NetworkMap)}
 
 
 class CorrectedMap:
@@ -36,7 +40,7 @@ class CorrectedMap:
 
     def __init__(
         self,
-        predictor: RationalMap,
+        predictor: Predictor,
         sampled: SampledBody,
         poses: Poses,
         steps: int = 1,
@@ -113,9 +117,10 @@ class CorrectedMap:
         """Store the body and the poses; the learned map is the one that the model has."""
         self._sampled.write(group.create_group("body"))
         self._poses.write(group)
-        group["predictor"] = h5py.SoftLink(f"{group.parent.name}/{RationalMap.name}")
+        group["predictor"] = h5py.SoftLink(f"{group.parent.name}/{self._predictor.name}")
 
     @classmethod
     def read(cls, group: h5py.Group) -> CorrectedMap:
         """Load what `write` stored."""
-        return cls(RationalMap.read(group["predictor"]), SampledBody.read(group["body"]), Poses.read(group))
+        name = group.get("predictor", getlink=True).path.rsplit("/", 1)[-1]
+        return cls(PREDICTORS[name].read(group["predictor"]), SampledBody.read(group["body"]), Poses.read(group))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from risorius.evaluators import CorrectedMap, PolynomialMap, RationalMap, Setting, Superposition
+from risorius.evaluators import CorrectedMap, NetworkMap, PolynomialMap, RationalMap, Setting, Superposition
 from risorius.gauntlet.case import Ask, Bench, Case, NotApplicableError, asks
 
 FRAMES = 60
@@ -18,7 +18,7 @@ def setting_cases() -> list[Case]:
     """Strong random frames at every setting."""
     cases = [
         Case(f"{method}: {name}", "settings", _strong, partial(_ranked, method, part))
-        for method in (Superposition.name, PolynomialMap.name, RationalMap.name)
+        for method in (Superposition.name, PolynomialMap.name, RationalMap.name, NetworkMap.name)
         for name, part in PARTS.items()
     ]
     cases += [

@@ -32,9 +32,10 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from risorius.engine import Engine, Frame
+from risorius.engine import Frame
 from risorius.errors import InputError
 from risorius.inputs import InputTable
+from risorius.model import ReducedModel
 from risorius.preview.sliders import sliders_of
 from risorius.preview.stage import stage_commands
 
@@ -59,9 +60,9 @@ class _Shown:
 class Preview:
     """Serves the page and shows frames on it. All methods may be called from any thread.
 
-    on_input(name, value) is called in the server's thread when a slider moves; names are those of Engine.inputs or, for
+    on_input(name, value) is called in the server's thread when a slider moves; names are those of model.inputs or, for
     both sides at once, without `_L` and `_R`; values are finite and in range. It should hand over and return, and not
-    call `close`. The engine is only read here (model and names), never evaluated.
+    call `close`. model: that of the engine whose frames are shown.
 
     host: address to listen on; the default lets in this machine only. port: None takes a free one.
     Raises InputError when the address cannot be listened on.
@@ -69,14 +70,13 @@ class Preview:
 
     def __init__(
         self,
-        engine: Engine,
+        model: ReducedModel,
         *,
         host: str = "127.0.0.1",
         port: int | None = None,
         on_input: Callable[[str, float], None],
     ) -> None:
         """Listen and start the server's thread."""
-        model = engine.model
         self._table = model.inputs
         self._on_input = on_input
         self._stage = stage_commands(model)

@@ -1,0 +1,115 @@
+"""Patches of points that may touch, so that most are known to be clear without a look at each.
+
+A gap changes by no more than a point moves: what is as far from the leader of its patch as that is from everything
+touches nothing, and neither does what has moved less than its gap since it was looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+_compiled = numba.njit(cache=True, error_model="numpy")
+Numbers = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Patches:
+    """order (k,): numbers of points, patch after patch, its leader first; starts (g + 1,) of the patches therein.
+
+    control_starts (g + 1,) and controls: those that move any point of a patch.
+    """
+
+    order: Numbers
+    starts: Numbers
+    control_starts: Numbers
+    controls: Numbers
+
+    @classmethod
+    def of(cls, rows: sp.csr_matrix, kinds: npt.NDArray[np.integer]) -> Patches:
+        """Patches of points with shares (k, c) in controls: of one of kinds (k,), around one control each."""
+        shares = np.pad(rows.toarray(), ((0, 0), (0, 1)))  # so that there is a control at least
+        nearest = shares.argmax(axis=1)
+        order = np.lexsort((-shares.max(axis=1), nearest, kinds)).astype(np.int32)
+        begins = np.flatnonzero(np.diff(kinds[order], prepend=-1) | np.diff(nearest[order], prepend=-1))
+        starts = np.append(begins, len(order)).astype(np.int32)
+        patch = np.repeat(np.arange(len(begins)), np.diff(starts))
+        movers = sp.csr_matrix((np.ones(len(order)), (patch, order)), shape=(len(begins), len(order))) @ rows
+        return cls(order, starts, movers.indptr.astype(np.int32), movers.indices.astype(np.int32))
+
+    @property
+    def leaders(self) -> Numbers:
+        """(g,) numbers of the leaders."""
+        return self.order[self.starts[:-1]]
+
+
+@_compiled
+def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type: ignore[no-untyped-def]
+    """Set gaps (k,) of points to what those of their leaders leave; write numbers of those that may touch.
+
+    slack (k,): metres that gaps of a leader's neighbours may be smaller by. apart: gap of a leader that tells nothing.
+    Returns how many may touch.
+    """
+    found = 0
+    for patch in range(len(starts) - 1):
+        leader = order[starts[patch]]
+        p, gap = points[leader], gaps[leader]
+        known = gap - slack[leader] if gap < apart else -1.0
+        for e in range(starts[patch] + 1, starts[patch + 1]):
+            number = order[e]
+            left = -1.0
+            if known > 0.0:
+                q = points[number]
+                a, b, c = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+                square = a * a + b * b + c * c
+                if square < known * known:
+                    left = known - math.sqrt(square)
+            if left > 0.0:
+                gaps[number] = left
+            else:
+                which[found] = number
+                found += 1
+    return found
+
+
+@_compiled
+def take_off_steps(order, starts, control_starts, controls, steps, gaps):  # type: ignore[no-untyped-def]
+    """Take off gaps (k,) what steps (c,) of the controls may have moved the points by."""
+    for patch in range(len(starts) - 1):
+        step = 0.0
+        for e in range(control_starts[patch], control_starts[patch + 1]):
+            step = max(step, steps[controls[e]])
+        for e in range(starts[patch], starts[patch + 1]):
+            gaps[order[e]] -= step
+
+
+@_compiled
+def take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps):  # type: ignore[no-untyped-def]
+    """Take off gaps (k,) what steps (c,) of the controls may have moved what is opposite, the triangles `at` (k,), by.
+
+    movers (t,): one of the controls that move each triangle, -1 where none does; beside: those that overlap with each.
+    around (c,) is overwritten.
+    """
+    for control in range(len(steps)):
+        around[control] = 0.0
+        for e in range(beside_starts[control], beside_starts[control + 1]):
+            around[control] = max(around[control], steps[beside[e]])
+    for number in range(len(at)):
+        if movers[at[number]] >= 0:
+            gaps[number] -= around[movers[at[number]]]
+
+
+@_compiled
+def below_zero(gaps, which):  # type: ignore[no-untyped-def]
+    """Write the numbers of gaps (k,) that are negative; return how many."""
+    found = 0
+    for number in range(len(gaps)):
+        if gaps[number] < 0.0:
+            which[found] = number
+            found += 1
+    return found

@@ -1,0 +1,141 @@
+"""The network map: its gradient against differences, its symmetry, and contact, which products cannot follow."""
+
+import math
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from tests.rom.test_kinks import pressed
+from tests.rom.test_rational_map import (
+    COUNT,
+    MODES,
+    MUSCLES,
+    REFLECTION,
+    answers,
+    competing,
+    observed,
+    symmetric,
+    worst_error,
+)
+
+from risorius.errors import InputError
+from risorius.evaluators import RationalMap, Setting, network_fit
+from risorius.evaluators.network_fit import NetworkFit, fit_network, views
+from risorius.part import Part
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return fit_network(observed(symmetric, 40, reflection=REFLECTION))
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """Few snapshots need more steps for each than those of a face."""
+    monkeypatch.setattr(network_fit, "STEPS_EACH", 30)
+
+
+def one_part(parameters, modes):
+    some = np.zeros(0, np.int64)
+    return Part(np.array(parameters), np.ones(len(parameters), bool), some, np.array(modes), some, some, 0)
+
+
+def test_gradient_of_the_fit_is_that_of_its_loss():
+    problem, rng = NetworkFit(observed(symmetric, 12), REFLECTION), np.random.default_rng(0)
+    shapes = problem.shapes()
+    weights = 0.3 * rng.normal(size=sum(math.prod(shape) for shape in shapes.values())).astype(np.float32)
+    views(weights, shapes)["competition"][:] = rng.uniform(0, 1, (COUNT, COUNT))
+    gradient, unused = np.empty_like(weights), np.empty_like(weights)
+    rows, ways = np.arange(10), np.array([0, 2, 4])
+    problem.gradient(views(weights, shapes), rows, ways, views(gradient, shapes))
+    for name in shapes:
+        direction = np.zeros_like(weights)
+        views(direction, shapes)[name][:] = rng.normal(size=shapes[name])
+        plus, minus = (
+            problem.gradient(views(weights + step * direction, shapes), rows, ways, views(unused, shapes))
+            for step in (np.float32(3e-4), np.float32(-3e-4))
+        )
+        assert np.vdot(gradient, direction) == pytest.approx((plus - minus) / 6e-4, rel=5e-3), name
+
+
+def test_it_is_exact_at_rest(learned):
+    np.testing.assert_array_equal(answers(learned, np.zeros((1, COUNT))), 0.0)
+
+
+def test_on_a_symmetric_face_it_is_symmetric(learned):
+    parameters = observed(symmetric, 20, seed=2).parameters
+    mirrored = answers(learned, parameters[:, REFLECTION.partner] * REFLECTION.sign)
+    np.testing.assert_allclose(mirrored, answers(learned, parameters) * REFLECTION.parity, atol=1e-6)
+
+
+def test_an_input_that_is_its_own_image_moves_no_other_mode(learned):
+    symmetric_input = np.array([0.7, 0.7, 0.3, 0.3, 0.0])
+    found = answers(learned, symmetric_input[None])[0]
+    beside = answers(learned, symmetric_input[None] + [0, 0, 0, 0, 1e-7])[0]
+    np.testing.assert_array_equal(found[REFLECTION.parity < 0], 0.0)
+    np.testing.assert_allclose(found, beside, atol=1e-5)  # both sides computed, not one
+
+
+def test_denominators_stay_admissible(learned):
+    for member in learned.members:
+        assert member.competition[:MUSCLES].min() >= 0.0
+        np.testing.assert_array_equal(member.competition[:, MUSCLES:], 0.0)
+
+
+def test_lips_that_press_on_each_other_are_followed_where_products_cannot(monkeypatch, patient):
+    data = observed(pressed, 60)
+    found = worst_error(fit_network(data), pressed)
+    monkeypatch.setattr("risorius.evaluators.rational.fit_kinks", lambda data, competition: np.zeros((COUNT, 0)))
+    assert found < 0.7 * worst_error(RationalMap.fit(data), pressed)
+
+
+def test_members_agree_where_they_know(learned):
+    """The root mean square of their distance to their mean, and larger beyond what they have seen."""
+    parameters = observed(symmetric, 1, seed=5).parameters
+    mean = answers(learned, parameters)[0]
+    alone = [answers(replace_members(learned, member), parameters)[0] for member in learned.members]
+    answers(learned, parameters)
+    expected = np.sqrt(np.mean([((one - mean) ** 2).sum() for one in alone]))
+    assert learned.doubt == pytest.approx(expected, rel=1e-4)
+    answers(learned, 3.0 * np.ones((1, COUNT)))
+    assert learned.doubt > 3.0 * expected
+
+
+def replace_members(learned, member):
+    return replace(learned, members=(member,))
+
+
+def test_a_part_answers_as_the_whole_does(learned):
+    parameters = observed(symmetric, 1, seed=6).parameters[0] * [1, 0, 1, 0, 1]
+    whole = answers(learned, parameters[None])[0]
+    part = np.empty(2)
+    learned.within(one_part([0, 2, 4], [0, 2])).coordinates(parameters[[0, 2, 4]], part)
+    np.testing.assert_allclose(part, whole[[0, 2]], atol=1e-6)
+
+
+def test_leading_modes_are_those_of_the_whole(learned):
+    parameters = observed(symmetric, 1, seed=7).parameters[0]
+    leading = np.empty(2)
+    learned.at(Setting("network", 2)).coordinates(parameters, leading)
+    np.testing.assert_allclose(leading, answers(learned, parameters[None])[0][:2], atol=1e-6)
+
+
+def test_a_stored_network_answers_as_before(tmp_path, learned):
+    with h5py.File(tmp_path / "map.h5", "w") as file:
+        learned.write(file.create_group("map"))
+        stored = type(learned).read(file["map"])
+    parameters = observed(symmetric, 10, seed=3).parameters
+    np.testing.assert_array_equal(answers(stored, parameters), answers(learned, parameters))
+
+
+def test_a_face_without_mirror_image_is_learned_too(patient):
+    found = fit_network(observed(competing, 60))
+    assert worst_error(found, competing) < 0.05 * np.abs(observed(competing, 200, seed=1).coordinates).max()
+    assert found.members[0].odd.shape == (COUNT + 2 * 4 * COUNT, 0)
+    assert found.reflection.parity.shape == (MODES,)
+
+
+def test_without_derivatives_it_is_refused():
+    with pytest.raises(InputError, match="derivatives"):
+        fit_network(replace(observed(competing, 5), derivatives=None))
