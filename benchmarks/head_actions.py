@@ -107,6 +107,8 @@ ROWS = (
     Row("AU16", "lower lip", "down", {"AU16": 1}, motion("lower lip")),
     Row("AU17", "chin", "up", {"AU17": 1}, motion("chin")),
     Row("AU18", "width of the mouth", "15 % less", {"AU18": 1}, lambda face: f"{100 * face.mouth_width():+.0f} %"),
+    Row("AU18", "upper lip", "forward", {"AU18": 1}, motion("upper lip")),
+    Row("AU18", "lower lip", "forward", {"AU18": 1}, motion("lower lip")),
     Row("AU20", "corner of the mouth", "outwards", {"AU20": 1}, motion("corner of the mouth")),
 )  # fmt: skip
 

@@ -24,6 +24,7 @@ from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.full_model import FullModel
 from risorius_offline.leaning import leaning_at_rest
+from risorius_offline.one_sided import springs_at_rest
 from risorius_offline.paths import Status, solve_waiting
 
 NO_EFFECTS = EffectChoice()
@@ -58,6 +59,7 @@ class FullModelChoice:
             body=None if self.effects.force_length else body_of(model),
             contact=None if self.effects.contact == ContactChoice.NONE else contact_geometry(self.anatomy),
             leaning=leaning_at_rest(acting) if self.derivatives else None,
+            springs=springs_at_rest(acting),
         )
 
 

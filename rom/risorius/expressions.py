@@ -39,7 +39,7 @@ EMOTIONS: tuple[Expression, ...] = (
     Expression("surprise", action_units("1+2+5B+26")),
     Expression("sadness", action_units("1E+4B+15")),
     Expression("anger", action_units("4E+5B+7D+17C+24E")),
-    Expression("fear", action_units("1E+2C+4A+5E+7B+20E+21D+25D+26C")),
+    Expression("fear", action_units("1E+2C+4C+5E+7B+20E+21D+25D+26C")),
     Expression("disgust", action_units("9+15+16")),
 )
 """Prototypical emotions.

@@ -74,7 +74,7 @@ _ROWS = (
         {
             "incisivus_labii_superioris": 1.0,
             "incisivus_labii_inferioris": 1.0,
-            **_upper_and_lower({_PERIPHERAL: 0.6}),
+            **_upper_and_lower({_MARGINAL: 0.8, _PERIPHERAL: 0.7}),
         },
         substitutes={_PERIPHERAL: 1.0},
     ),

@@ -21,6 +21,7 @@ from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius.journalled_file import FileReader
 from risorius.mechanics.body import Body
+from risorius.mechanics.one_sided import OneSidedSprings
 from risorius.poses import Poses
 from risorius.surface import CarriedSurface
 
@@ -54,7 +55,8 @@ class Face:
     lift_fields (lifts, n, 3), one for each lift coordinate of the poses. body: of muscles whose active stress is
     proportional to stretch, else None. contact: what skin touches, None where snapshots were solved without contact.
     leaning: (5, n, 3) metres, displacement of the face at rest in each pose of `effects.leaning.LEANING`; None in files
-    without derivatives and in older ones.
+    without derivatives and in older ones. springs: what stops tissue that is pressed from rest; None where contact is,
+    and in older files.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Face:
     body: Body | None
     contact: ContactGeometry | None
     leaning: FloatArray | None = field(default=None, kw_only=True)
+    springs: OneSidedSprings | None = field(default=None, kw_only=True)
 
     @property
     def inputs(self) -> InputTable:
@@ -89,6 +92,8 @@ class Face:
             self.contact.write(group.create_group("contact"))
         if self.leaning is not None:
             group["leaning"] = self.leaning
+        if self.springs is not None:
+            self.springs.write(group.create_group("springs"))
         group.attrs["sha256"] = storage.content_checksum(group)
 
 
@@ -135,6 +140,7 @@ class SnapshotSet(Face):
                 lift_fields=group["lift_fields"][()],
                 body=Body.read(group["body"]) if "body" in group else None,
                 leaning=group["leaning"][()] if "leaning" in group else None,
+                springs=OneSidedSprings.read(group["springs"]) if "springs" in group else None,
                 contact=ContactGeometry.read(group["contact"]) if "contact" in group else None,
                 parameters=samples["parameters"][()][solved],
                 kinds=tuple(samples["kind"].asstr()[()][solved]),

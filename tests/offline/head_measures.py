@@ -3,6 +3,7 @@
 import numpy as np
 
 from risorius_offline.head import chart
+from risorius_offline.head.border import border_edges
 from risorius_offline.head.depths import LANDMARKS as DEPTHS
 from risorius_offline.head.reshape import MILLIMETRES, SELLION
 
@@ -40,10 +41,7 @@ def hit(corners, origin, direction):
 
 def openings(head):
     """Nodes on the edge of mouth, left and right eye, by the sheet's own numbers."""
-    faces = triangles(head)
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    size = faces.max() + 1
-    border = np.unique(edges[~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])])
+    border = np.unique(border_edges(triangles(head)))
     x, y, z = level(head, LEVELS - 1)[border].T
     near = z > -0.04
     mouth = near & (y < -0.04) & (np.abs(x) < 0.05) & (y > -0.09)

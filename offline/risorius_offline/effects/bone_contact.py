@@ -11,9 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
+from risorius.mechanics.one_sided import OneSidedSprings
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.anatomy.folder import JAW_BONE
 from risorius_offline.anatomy.surface import boundary_faces
@@ -64,6 +66,7 @@ class BoneContact:
         self._first_jaw_weight = len(anatomy.muscles)
         if not anatomy.bones:
             raise InputError(f"anatomy {anatomy.name!r} has no bones; contact needs the surface of one at least")
+        self._node_count = len(anatomy.points)
         areas = _nodal_areas(anatomy)
         self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.prescribed)
         self.areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
@@ -140,6 +143,21 @@ class BoneContact:
             length = np.linalg.norm(direction[self.nodes] - self._bone_step(bone, u, direction), axis=1)
             fraction = min(fraction, float(np.min(reach / np.maximum(length, np.finfo(float).tiny), initial=1.0)))
         return fraction
+
+    def springs_at_rest(self, reach: float) -> OneSidedSprings:
+        """What stops tissue that is at rest and comes nearer to a bone by less than `reach` metres, to first order."""
+        parts = []
+        for bone in self._bones:
+            play = -self._overlap(bone, np.zeros((self._node_count, 3)))
+            near = np.flatnonzero(play < reach)
+            gradient, _ = bone.distance.derivatives(self._rest[near])
+            columns = 3 * self.nodes[near, None] + np.arange(3)
+            rows = sp.csr_matrix(
+                (gradient.ravel(), columns.ravel(), 3 * np.arange(len(near) + 1)),
+                shape=(len(near), 3 * self._node_count),
+            )
+            parts.append(OneSidedSprings(rows, play[near], self.areas[near] * self._pressure / self._tolerance**2))
+        return OneSidedSprings.joined(parts)
 
     def _bone(self, anatomy: Anatomy, name: str) -> _Bone:
         try:

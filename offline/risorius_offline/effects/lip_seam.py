@@ -15,8 +15,10 @@ may touch is `lip_contact.py`.
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 
 from risorius.jaw import FloatArray
+from risorius.mechanics.one_sided import OneSidedSprings
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface
@@ -35,6 +37,7 @@ class LipSeam:
     """The effect for an anatomy. nodes (k, 4): of the pairs, first the one that faces the other three."""
 
     def __init__(self, anatomy: Anatomy) -> None:
+        self._node_count = len(anatomy.points)
         surface = ContactSurface.of(anatomy)
         pairs, feet = facing_pairs(surface)
         own, across = pairs.T
@@ -84,6 +87,15 @@ class LipSeam:
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1: every displacement is admissible."""
         return 1.0
+
+    def springs_at_rest(self, reach: float) -> OneSidedSprings:
+        """What stops lips at rest that come nearer to each other by less than `reach` metres."""
+        near = np.flatnonzero(self._gaps - self._onset < reach)
+        columns = 3 * self.nodes[near, :, None] + np.arange(3)
+        values = self._shares[near, :, None] * self._normals[near, None, :]
+        starts = 12 * np.arange(len(near) + 1)
+        rows = sp.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(near), 3 * self._node_count))
+        return OneSidedSprings(rows, (self._gaps - self._onset)[near], self._scale[near])
 
     def _overlap(self, u: FloatArray) -> FloatArray:
         return np.maximum(self._onset - self.gaps(u), 0.0)

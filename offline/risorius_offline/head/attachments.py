@@ -25,7 +25,7 @@ ORBIT = 23.0  # from the eyeball's centre: soft tissue within it lies on no bone
 WINGS = (5.0, 20.0, -8.0, -27.0)  # of the nose: x from, to; y below, above
 CHIN_BOTTOM = -84.0
 JAW_TO_RIM = 34.0  # no closer to the held rim does tissue follow the mandible, whose angle swings towards it
-# Where the forehead glides on the bone: above the brow, less far down at the glabella, within the temporal lines.
+# Where the galea glides on the bone: above the brow, less far down at the glabella, within the temporal lines.
 BROW, BROW_AT_GLABELLA, GLABELLA, TEMPORAL_LINE, SCALP = 27.0, 33.0, 10.0, 50.0, 12.0
 CANTHUS = 1.6  # about the corner of the eye, held by its tendon
 PLATE_END = 3.2  # no closer to the corner is tissue part of the plate: what is between has to bear its turning
@@ -37,13 +37,15 @@ BELOW_MARGIN, ABOVE_MARGIN, PLATE_DEPTH = 0.5, 1.0, 8.0
 class Attachments:
     """Flags (n,) of the sheet's nodes, and lids: 0, LEFT_LID or RIGHT_LID.
 
-    Skull and jaw hold the deep nodes; canthi, to the skull, and lids those of all layers.
+    Skull and jaw hold the deep nodes; canthi, to the skull, and lids those of all layers. forehead: deep nodes, held by
+    the skull, on which loose areolar tissue lets the galea glide.
     """
 
     skull: Flags
     jaw: Flags
     canthi: Flags
     lids: npt.NDArray[np.int8]
+    forehead: Flags
 
 
 def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> Attachments:
@@ -58,7 +60,8 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     wings = (x > WINGS[0]) & (x < WINGS[1]) & (y < WINGS[2]) & (y > WINGS[3]) & (z > 80.0)
     throat = (y < CHIN_BOTTOM) | ((y < -60.0) & _below_mandible(x, y, z))
     forehead = (y > np.where(x < GLABELLA, BROW_AT_GLABELLA, BROW)) & (x < TEMPORAL_LINE) & (to_rim > SCALP)
-    free = orbit | cheek | wings | throat | forehead
+    forehead &= ~orbit
+    free = orbit | cheek | wings | throat
     below_hinge = (y <= VESTIBULE[0]) | ((z <= MASSETER_FRONT) & (y < CHEEK_TOP))
     rim = to_rim <= 0.0
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
@@ -69,7 +72,7 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     plate = (above > -BELOW_MARGIN) & (above < ABOVE_MARGIN) & (to_eye < EYE_RADIUS + PLATE_DEPTH)
     plate &= (x > margins[0, 0]) & (x < margins[-1, 0]) & (to_corner > PLATE_END)
     lids = np.where(plate, np.where(deep[:, 0] > 0.0, LEFT_LID, RIGHT_LID), 0).astype(np.int8)
-    return Attachments(skull, jaw, to_corner < CANTHUS, lids)
+    return Attachments(skull, jaw, to_corner < CANTHUS, lids, forehead)
 
 
 def _below_mandible(x: FloatArray, y: FloatArray, z: FloatArray) -> Flags:

@@ -9,6 +9,7 @@ import numpy as np
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Surface
 from risorius_offline.discretisation import IntArray
+from risorius_offline.head.border import border_edges
 from risorius_offline.head.skin import EYE_CENTRE
 from risorius_offline.head.skull import GLOBE
 
@@ -37,9 +38,7 @@ def bones(deep: FloatArray, triangles: IntArray) -> dict[str, Surface]:
 
 def _behind_the_lips(deep: FloatArray, triangles: IntArray) -> IntArray:
     """Triangles (k, 3) that close the slit between the lips: mirror images, wound as those that they join."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    size = len(deep)
-    border = edges[~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])]
+    border = border_edges(triangles)
     following = dict(border.tolist())
     entering = border[(deep[border[:, 0], 0] == 0.0) & (deep[border[:, 1], 0] > 0.0), 0]
     left = _to_midline(deep, following, entering[deep[entering, 2].argmax()])

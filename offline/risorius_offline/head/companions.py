@@ -31,7 +31,7 @@ def companions(face: FloatArray, rim: FloatArray) -> dict[str, Companion]:
         "teeth_upper": _teeth(UPPER_TEETH, 0.0, SKULL),
         "teeth_lower": _teeth(LOWER_TEETH, OVERJET, JAW),
         "tongue": _ellipsoid((0.0, -58.0, 57.0), (17.0, 7.5, 23.0), colours.TONGUE, JAW),
-        "throat": _ellipsoid((0.0, -54.0, 44.0), (25.0, 22.0, 22.0), colours.THROAT, SKULL),
+        "throat": _ellipsoid((0.0, -48.0, 46.0), (40.0, 28.0, 23.0), colours.THROAT, SKULL),
         "head": _rest_of_head(face, rim),
     }
     for side, sign in (("left", 1.0), ("right", -1.0)):

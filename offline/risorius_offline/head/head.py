@@ -15,7 +15,7 @@ from risorius.surface import CarriedSurface
 from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.anatomy.layers import POISSON, layer_materials
 from risorius_offline.discretisation import CellBlock, IntArray
-from risorius_offline.head.attachments import attachments
+from risorius_offline.head.attachments import Flags, attachments
 from risorius_offline.head.bones import bones
 from risorius_offline.head.colours import skin_colours
 from risorius_offline.head.companions import companions
@@ -36,6 +36,7 @@ SIZES = {"draft": 2.1, "standard": 1.2, "fine": 0.7}  # multiples of the edge le
 METRES = 1e-3
 LOOSE, LOOSE_STIFFNESS = 4, 1.0e3  # layer of the loose tissue beneath the chin; Young's modulus, Pa
 LID, LID_STIFFNESS, LID_REACH = 5, 2.0e3, 23.0  # layer of the lids, about the eyeball's centre
+AREOLAR, AREOLAR_STIFFNESS = 6, 1.0e3  # layer of the loose tissue on which the galea glides
 CHIN, THROAT = -76.0, 66.0  # below and behind which deep fat is loose
 CONDYLE = np.array([0.0, -2.0, 8.0])
 OPENING_ANGLE, OPENING_SLIDE, FORWARD_SLIDE, SIDEWAYS_SLIDE = 0.58, 0.015, 0.005, 0.008
@@ -66,11 +67,12 @@ def sculpted_head(size: str) -> Anatomy:
     return Anatomy(
         name="built-in head",
         points=_placed(shell.points),
-        cells=(CellBlock("wedge", shell.wedges, _layers(shell)),),
+        cells=(CellBlock("wedge", shell.wedges, _layers(shell, held.forehead)),),
         materials=(
             *layer_materials(),
             Yeoh.neo_hookean(LOOSE_STIFFNESS, POISSON),
             Yeoh.neo_hookean(LID_STIFFNESS, POISSON),
+            Yeoh.neo_hookean(AREOLAR_STIFFNESS, POISSON),
         ),
         skull=skull.ravel(),
         jaw=jaw.ravel(),
@@ -101,11 +103,17 @@ def _point(centre: FloatArray | tuple[float, float, float], sign: float = 1.0) -
     return x, y, z
 
 
-def _layers(shell: Shell) -> IntArray:
-    """Layer of every wedge: by depth, but loose beneath the chin and of one kind in the lids."""
+def _layers(shell: Shell, forehead: Flags) -> IntArray:
+    """Layer of every wedge: by depth, but loose beneath the chin and the galea, and of one kind in the lids.
+
+    forehead (n,) flags deep nodes beneath the galea.
+    """
     centre = shell.points[shell.wedges].mean(axis=1)
-    loose = (shell.layer == shell.layer.max()) & (centre[:, 1] < CHIN) & (centre[:, 2] < THROAT)
-    return np.where(distance_to_eye(centre) < LID_REACH, LID, np.where(loose, LOOSE, shell.layer))
+    deep = shell.layer == shell.layer.max()
+    loose = deep & (centre[:, 1] < CHIN) & (centre[:, 2] < THROAT)
+    areolar = deep & forehead[shell.wedges[:, :3] % shell.level_size].all(axis=1)
+    lid = distance_to_eye(centre) < LID_REACH
+    return np.select([lid, loose, areolar], [LID, LOOSE, AREOLAR], shell.layer)
 
 
 def _muscles(shell: Shell) -> tuple[Muscle, ...]:

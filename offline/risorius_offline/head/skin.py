@@ -67,7 +67,7 @@ MOUTH = (
         ),
         2.6,
     ),
-    carve(Ellipsoid((0, -62.0, 101), (18, 5.0, 9)), 9),
+    carve(Ellipsoid((0, -62.0, 106), (18, 5.0, 9)), 9),
     carve(Ellipsoid((32, -47, 91.5), (3.0, 5, 4.0), yaw=28), 9),
     carve(
         Sweep(

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
 from risorius_offline.head import chart
+from risorius_offline.head.border import border_edges
 from risorius_offline.head.sheet import Sheet
 from risorius_offline.head.shell import Shell
 from risorius_offline.head.skin import SKIN
@@ -41,7 +42,8 @@ class VisibleSkin:
 def visible_skin(sheet: Sheet, shell: Shell, held_rim: npt.NDArray[np.bool_]) -> VisibleSkin:
     """Refine skin and openings; held_rim (n,) flags the sheet's nodes on its outer rim."""
     skin = len(shell.points) - shell.level_size
-    edges = _opening_edges(sheet.triangles, held_rim)
+    edges = border_edges(sheet.triangles)
+    edges = edges[~held_rim[edges].all(axis=1)]
     coarse = np.concatenate([sheet.triangles + skin, *_walls(edges, sheet.uv[edges, 0].sum(axis=1) < 0.0, shell)])
     used, coarse = np.unique(coarse, return_inverse=True)
     weights, triangles = refine(coarse.reshape(-1, 3), len(used), REFINEMENTS)
@@ -60,16 +62,8 @@ def visible_skin(sheet: Sheet, shell: Shell, held_rim: npt.NDArray[np.bool_]) ->
     return VisibleSkin(points, triangles, (weights @ columns).tocsr(), 1.0 - outside, border)
 
 
-def _opening_edges(triangles: IntArray, held_rim: npt.NDArray[np.bool_]) -> IntArray:
-    """Directed boundary edges (k, 2) of mouth and lids, as their triangle has them."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    size = triangles.max() + 1
-    single = ~np.isin(edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0])
-    return edges[single & ~held_rim[edges].all(axis=1)]
-
-
 def _walls(edges: IntArray, right: npt.NDArray[np.bool_], shell: Shell) -> list[IntArray]:
-    """Triangles through the thickness beneath the edges, outward; right (k,) flags edges with the mirrored diagonal."""
+    """Triangles through the thickness beneath edges (k, 2), outward; right (k,): the diagonal is mirrored."""
     count = shell.level_size
     walls = []
     for level in range(len(shell.points) // count - 1):

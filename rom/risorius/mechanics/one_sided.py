@@ -1,0 +1,44 @@
+"""What stops tissue that is pressed: springs that push and never pull, with play before they touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+
+from risorius import storage
+from risorius.jaw import FloatArray
+
+
+@dataclass(frozen=True)
+class OneSidedSprings:
+    """Spring j pushes with strength_j o^2, newtons, where o = max(0, -play_j - rows_j u) is its overlap.
+
+    rows (k, 3 n), sparse: how a displacement u of n nodes opens each gap. play (k,) metres, at least 0: tissue at rest
+    is free of them. strength (k,) N/m2. It is the pressure law of contact in the full model.
+    """
+
+    rows: sp.csr_matrix
+    play: FloatArray
+    strength: FloatArray
+
+    @classmethod
+    def joined(cls, parts: list[OneSidedSprings]) -> OneSidedSprings:
+        """All springs of parts, one at least, on the same nodes."""
+        return cls(
+            sp.csr_matrix(sp.vstack([part.rows for part in parts])),
+            np.concatenate([part.play for part in parts]),
+            np.concatenate([part.strength for part in parts]),
+        )
+
+    def write(self, group: h5py.Group) -> None:
+        """Store all fields."""
+        storage.write_sparse(group.create_group("rows"), self.rows)
+        group["play"], group["strength"] = self.play, self.strength
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> OneSidedSprings:
+        """Load what `write` stored."""
+        return cls(storage.read_sparse(group["rows"]), group["play"][()], group["strength"][()])
