@@ -6,7 +6,7 @@ grow with the square of the overlap, s = s_0 + D f(s): the minimum of a convex e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from risorius.jaw import FloatArray
 from risorius.mechanics.one_sided import OneSidedSprings
 
-MOST = 128  # springs that take part, those that are pressed most
+MOST = 96  # springs that take part, those that are pressed most
 ROUNDS = 3  # of looking for further ones
 ENOUGH = 1e-8  # metres
 STEPS = 50
@@ -34,39 +34,43 @@ class _Group:
 class Reactions:
     """solve: from loads (m, a) on the tissue to displacements (m, a). seen (c,): what is wanted of these.
 
-    Not thread-safe: it keeps what a newton of each spring does, and the last forces.
+    Not thread-safe: it keeps what a newton of each spring does, and the last openings, from which the next are found.
     """
 
     def __init__(self, springs: OneSidedSprings, solve: Callable[[FloatArray], FloatArray], seen: Numbers) -> None:
         self.springs = springs
         self._solve, self._seen = solve, seen
         self._kept: dict[int, tuple[FloatArray, FloatArray]] = {}
-        self._group = self._of(np.zeros(0, np.int64))
-        self._openings = np.zeros(0)
+        self._place: Hashable = None
+        self._group, self._openings = self._of(np.zeros(0, np.int64)), np.zeros(0)
 
-    def displacement(self, opening: FloatArray) -> FloatArray:
-        """What springs add to the displacement (c,) of tissue that has opened their gaps by (k,) without them."""
-        pressed = self._pressed(opening)
+    def displacement(self, opening: FloatArray, place: Hashable) -> FloatArray:
+        """What springs add to the displacement (c,) of tissue that has opened their gaps by (k,) without them.
+
+        place: of the touch. Springs that have taken part there do again, so that they are not looked for in each frame.
+        """
+        if place != self._place:
+            self._place, self._group = place, self._of(np.zeros(0, np.int64))
+            self._take(self._pressed(opening, MOST), opening)
+        forces = self._forces(opening[self._group.numbers])
         for _ in range(ROUNDS):
-            self._take(pressed)
-            forces = self._forces(opening[self._group.numbers])
-            pressed = self._pressed(opening + forces @ self._group.opens)
-            if np.isin(pressed, self._group.numbers).all():
+            push = self._group.numbers[forces > 0.0]
+            pressed = self._pressed(opening + forces @ self._group.opens, MOST - len(push))
+            if not len(pressed):
                 break
-            pressed = np.union1d(pressed, self._group.numbers)
+            self._take(np.concatenate([push, pressed]), opening)
+            forces = self._forces(opening[self._group.numbers])
         return np.asarray(forces @ self._group.moves)
 
-    def _pressed(self, opening: FloatArray) -> Numbers:
+    def _pressed(self, opening: FloatArray, most: int) -> Numbers:
+        """At most so many springs that take no part yet, those that overlap most."""
         overlap = -self.springs.play - opening
+        overlap[self._group.numbers] = 0.0
         found = np.flatnonzero(overlap > ENOUGH)
-        return found if len(found) <= MOST else np.sort(found[np.argsort(-overlap[found], kind="stable")[:MOST]])
+        return found[np.argsort(-overlap[found], kind="stable")[:most]]
 
-    def _take(self, numbers: Numbers) -> None:
-        """Have springs (a,) take part, at least: those of the last time do, too, if they contain them."""
-        if np.isin(numbers, self._group.numbers).all() and len(numbers):
-            return
-        self._group = self._of(numbers[:MOST])
-        self._openings = np.full(len(self._group.numbers), np.inf)
+    def _take(self, numbers: Numbers, opening: FloatArray) -> None:
+        self._group, self._openings = self._of(numbers), opening[numbers]
 
     def _of(self, numbers: Numbers) -> _Group:
         new = [number for number in numbers if number not in self._kept]
@@ -82,13 +86,15 @@ class Reactions:
         """Newtons (a,) of the springs that take part, whose gaps open by (a,) without them."""
         play, strength = (values[self._group.numbers] for values in (self.springs.play, self.springs.strength))
         flexibility = self._group.opens[:, self._group.numbers]
-        opening = np.where(np.isfinite(self._openings), self._openings, free)
+        opening = self._openings
         for _ in range(STEPS):
             overlap = np.maximum(-play - opening, 0.0)
             missed = opening - free - (strength * overlap**2) @ flexibility
             if np.abs(missed).max(initial=0.0) < ENOUGH:
                 break
-            slope = np.eye(len(free)) + flexibility.T * (2.0 * strength * overlap)
-            opening = opening - np.linalg.solve(slope, missed)
+            active = np.flatnonzero(overlap)
+            slope = flexibility[active].T * (2.0 * strength * overlap)[active]
+            inner = np.linalg.solve(np.eye(len(active)) + slope[active], -missed[active])
+            opening = opening - missed - slope @ inner
         self._openings = opening
         return np.asarray(strength * np.maximum(-play - opening, 0.0) ** 2)

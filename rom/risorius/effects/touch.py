@@ -61,6 +61,8 @@ class TouchResponse:
         self._reactions = Reactions(tissue.springs, lambda loads: tissue.factors.solve(loads), seen)
         self._columns: OrderedDict[int, tuple[FloatArray, FloatArray]] = OrderedDict()
         self._touches: tuple[Touch, ...] = ()
+        self._answered: tuple[Touch, ...] | None = None
+        self._answer = np.zeros((0, 3))
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> TouchResponse | None:
@@ -111,13 +113,16 @@ class TouchResponse:
 
     def _moved(self, touches: tuple[Touch, ...]) -> FloatArray:
         """Displacement (n, 3) of the vertices in the frame of the head."""
+        if touches is self._answered:  # as `check` was asked
+            return self._answer
         moved, opening = np.zeros(len(self._seen)), np.zeros(len(self._tissue.springs.play))
         for touch in touches:
             moves, opens = self._column(touch.vertex)
             moved += moves @ touch.force
             opening += opens @ touch.force
-        moved += self._reactions.displacement(opening)
-        return np.asarray(self._weights_of_seen @ moved).reshape(-1, 3)
+        moved += self._reactions.displacement(opening, tuple(touch.vertex for touch in touches))
+        self._answered, self._answer = touches, np.asarray(self._weights_of_seen @ moved).reshape(-1, 3)
+        return self._answer
 
     def _column(self, vertex: int) -> tuple[FloatArray, FloatArray]:
         """What a newton on a vertex along x, y and z moves of what is seen (c, 3), and opens of the gaps (k, 3)."""
