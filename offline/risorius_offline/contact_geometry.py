@@ -26,7 +26,7 @@ def contact_geometry(anatomy: Anatomy) -> ContactGeometry:
     """
     visible = anatomy.visible_surface
     surface = ContactSurface.of_triangles(visible.points, visible.triangles)
-    seam, _ = facing_pairs(surface)
+    seam = facing_pairs(surface)
     return ContactGeometry(_obstacles(anatomy, visible.points[seam[:, 0]]), seam)
 
 

@@ -96,7 +96,49 @@ def test_forces_and_second_derivatives_are_those_of_the_energy():
     assert curvature == pytest.approx(float(((ahead - behind) * way).sum()) / (2.0 * h), rel=1e-5)
 
 
-def test_foundpressed_together_do_not_pass_through_each_other():
+def turn(degrees):
+    """Rotation about the z axis."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def test_lips_that_turn_together_and_slide_keep_their_gap():
+    """Turned by 40 degrees, and the upper one moved along the slope by 4 mm: the distance between the faces stays."""
+    anatomy = blocks(0.4e-3)
+    moved = anatomy.points @ turn(40.0).T
+    upper = anatomy.points[:, 1] > EDGE + 0.2e-3
+    u = moved - anatomy.points + np.where(upper[:, None], 4e-3 * turn(40.0)[:, 0], 0.0)
+    np.testing.assert_allclose(LipSeam(anatomy).gaps(u), 0.4e-3, rtol=1e-9)
+
+
+def test_contact_forces_are_in_balance():
+    """Neither a net force nor a net moment, wherever the lips have gone: the energy sees no rigid motion."""
+    anatomy = blocks(0.4e-3)
+    u = (
+        anatomy.points @ turn(30.0).T
+        - anatomy.points
+        + 2e-4 * np.random.default_rng(1).normal(size=(len(anatomy.points), 3))
+    )
+    forces = np.zeros_like(u)
+    LipSeam(anatomy).add_forces(u, forces)
+    size = np.abs(forces).sum()
+    assert size > 0.0
+    np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-12 * size)
+    np.testing.assert_allclose(np.cross(anatomy.points + u, forces).sum(axis=0), 0.0, atol=1e-12 * EDGE * size)
+
+
+def test_projected_second_derivatives_are_positive_semi_definite():
+    anatomy = blocks(0.4e-3)
+    u = 2e-4 * np.random.default_rng(0).normal(size=anatomy.points.shape)
+    lowest = {
+        project: min(np.linalg.eigvalsh(m)[0] for m in LipSeam(anatomy).second_derivatives(u, project=project).matrices)
+        for project in (True, False)
+    }
+    assert lowest[True] > -1e-9
+    assert lowest[False] < -1.0
+
+
+def test_blocks_pressed_together_do_not_pass_through_each_other():
     anatomy = blocks(1e-3)
     upper = np.isclose(anatomy.points[:, 1], EDGE + 1e-3)
     load = np.where(upper[:, None], [0.0, -0.02, 0.0], 0.0)

@@ -1,15 +1,17 @@
 """Contact of lips with each other along the seam where they meet at rest: a one-sided, frictionless, cheap penalty.
 
-Every node p of a free boundary that faces another one nearby at rest is paired for good with its foot on the triangle
-it faces, or shared among those of several that are equally near. The gap g = n . (x_p - foot), n the triangle's normal
-at rest, is linear in the displacement, and
+Every node p of a free boundary that faces another one nearby at rest is paired for good with the triangle it faces, or
+shared among those of several that are equally near. The gap g is its height over the plane of the triangle as that is
+now, which turns with the lip and has no end, and
 
     E = sum over pairs  A_p/2 p0 d / 3 ((d - g) / d)^3  for g < d, otherwise 0
 
-is convex and twice continuously differentiable: it shortens no step and needs no projection. d is the gap tolerance,
-or the gap at rest where that is less: rest is free of contact. Half of the area: a contact is seen from both sides.
-Pairs hold for lips that close, tighten, slide and pucker by less than their own thickness; what sees everything that
-may touch is `lip_contact.py`.
+is twice continuously differentiable and finite everywhere: it shortens no step, and a node behind its triangle is
+pushed back the way it came. d is the gap tolerance, or the gap at rest where that is less: rest is free of contact.
+Half of the area: a contact is seen from both sides. Projected second derivatives leave out those of the gap.
+
+Pairs hold for lips that close, tighten, turn, slide and pucker by less than their own thickness; what sees everything
+that may touch is `lip_contact.py`.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks
 from risorius_offline.effects.pairs import PairList
+from risorius_offline.effects.plane_height import PlaneHeight
 from risorius_offline.effects.point_triangle import TRIANGLE, closest_point, compiled
 
 GAP_TOLERANCE, LEAST_TOLERANCE = 0.5e-3, 0.2e-3  # metres; the least is that of corners, where lips touch at rest
@@ -39,15 +42,13 @@ class LipSeam:
     def __init__(self, anatomy: Anatomy) -> None:
         self._node_count = len(anatomy.points)
         surface = ContactSurface.of(anatomy)
-        pairs, feet = facing_pairs(surface)
+        pairs = facing_pairs(surface)
         own, across = pairs.T
         self.nodes = surface.nodes[np.column_stack([own, surface.triangles[across]])]
-        self._shares = np.column_stack([np.ones(len(pairs)), -feet])  # of the four nodes in the gap
-        self._normals = _normals(surface.points, surface.triangles[across])
-        rest = np.einsum("ka,kai->ki", self._shares, anatomy.points[self.nodes])
-        self._gaps = np.einsum("ki,ki->k", self._normals, rest)
-        self._tolerance = np.clip(self._gaps, LEAST_TOLERANCE, GAP_TOLERANCE)
-        self._onset = np.minimum(self._gaps, self._tolerance)
+        self._rest = anatomy.points[self.nodes]
+        gaps = PlaneHeight.of(self._rest).values
+        self._tolerance = np.clip(gaps, LEAST_TOLERANCE, GAP_TOLERANCE)
+        self._onset = np.minimum(gaps, self._tolerance)
         shared = np.bincount(own)[own]
         self._scale = 0.5 * surface.areas[own] / shared * PRESSURE / self._tolerance**2
 
@@ -56,26 +57,32 @@ class LipSeam:
 
     def gaps(self, u: FloatArray) -> FloatArray:
         """Gap (k,) of every pair, metres; negative where lips pass through each other."""
-        moved = np.einsum("ka,kai->ki", self._shares, u[self.nodes])
-        result: FloatArray = self._gaps + np.einsum("ki,ki->k", self._normals, moved)
-        return result
+        return self._heights(u).values
 
     def energy(self, u: FloatArray) -> float:
         """Joules; finite everywhere."""
-        return float(self._scale @ self._overlap(u) ** 3) / 3.0
+        return float(self._scale @ self._overlap(self._heights(u)) ** 3) / 3.0
 
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
-        overlap = self._overlap(u)
-        pressed = -(self._scale * overlap**2)[:, None] * self._normals
-        np.add.at(forces, self.nodes, self._shares[:, :, None] * pressed[:, None, :])
+        heights = self._heights(u)
+        overlap = self._overlap(heights)
+        pressed = -self._scale * overlap**2
+        np.add.at(forces, self.nodes, pressed[:, None, None] * heights.gradients)
         return float(self._scale @ overlap**3) / 3.0
 
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
-        """Positive semi-definite blocks of all pairs, zero without contact, so that their pattern stays."""
-        gradient = (self._shares[:, :, None] * self._normals[:, None, :]).reshape(len(self.nodes), 12)
-        stiffness = 2.0 * self._scale * self._overlap(u)
-        return NodeBlocks(self.nodes, stiffness[:, None, None] * gradient[:, :, None] * gradient[:, None, :])
+        """Blocks of all pairs, zero without contact, so that their pattern stays."""
+        heights = self._heights(u)
+        overlap = self._overlap(heights)
+        blocks, touching = np.zeros((len(self.nodes), 12, 12)), np.flatnonzero(overlap > 0.0)
+        heights, overlap, scale = heights.of_some(touching), overlap[touching], self._scale[touching]
+        gradient = heights.gradients.reshape(len(touching), 12)
+        found = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+        if not project:
+            found -= (scale * overlap**2)[:, None, None] * heights.hessians
+        blocks[touching] = found
+        return NodeBlocks(self.nodes, blocks)
 
     def admits(self, u: FloatArray) -> bool:
         """Return True: lips that are through each other are pushed back from where they are."""
@@ -90,25 +97,30 @@ class LipSeam:
 
     def springs_at_rest(self, reach: float) -> OneSidedSprings:
         """What stops lips at rest that come nearer to each other by less than `reach` metres."""
-        near = np.flatnonzero(self._gaps - self._onset < reach)
+        heights = PlaneHeight.of(self._rest)
+        ways = heights.values - self._onset
+        near = np.flatnonzero(ways < reach)
         columns = 3 * self.nodes[near, :, None] + np.arange(3)
-        values = self._shares[near, :, None] * self._normals[near, None, :]
         starts = 12 * np.arange(len(near) + 1)
-        rows = sp.csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(near), 3 * self._node_count))
-        return OneSidedSprings(rows, (self._gaps - self._onset)[near], self._scale[near])
+        values = heights.gradients[near].ravel()
+        rows = sp.csr_matrix((values, columns.ravel(), starts), shape=(len(near), 3 * self._node_count))
+        return OneSidedSprings(rows, ways[near], self._scale[near])
 
-    def _overlap(self, u: FloatArray) -> FloatArray:
-        return np.maximum(self._onset - self.gaps(u), 0.0)
+    def _heights(self, u: FloatArray) -> PlaneHeight:
+        return PlaneHeight.of(self._rest + u[self.nodes])
+
+    def _overlap(self, heights: PlaneHeight) -> FloatArray:
+        return np.maximum(self._onset - heights.values, 0.0)
 
 
-def facing_pairs(surface: ContactSurface) -> tuple[IntArray, FloatArray]:
-    """Pairs (k, 2) of a free node and a triangle it faces within REACH at rest; weights (k, 3) of its foot."""
+def facing_pairs(surface: ContactSurface) -> IntArray:
+    """Pairs (k, 2) of a free node and a triangle it faces within REACH at rest."""
     candidates = PairList(surface, np.flatnonzero(~surface.bone), REACH, 0.0).at(surface.points)
     normals = _normals(surface.points, surface.triangles)
-    pairs, feet = _facing(
+    pairs: IntArray = _facing(
         surface.points, candidates, surface.triangles, normals, surface.bone, surface.fans, surface.fan_starts
     )
-    return pairs, feet
+    return pairs
 
 
 def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -120,12 +132,12 @@ def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 @compiled
 def _facing(x, pairs, triangles, normals, bone, fans, fan_starts):  # type: ignore[no-untyped-def]
-    """Nearest triangles in front that each node faces, pairs (k, 2), and weights of their feet (k, 3).
+    """Nearest triangles in front that each node faces, pairs (k, 2).
 
     A node faces what is opposite to one of its own triangles. Prescribed nodes take no part.
     """
-    nearest, distances, feet = np.full(len(x), REACH), np.full(len(pairs), np.inf), np.zeros((len(pairs), 3))
-    pair = np.empty((4, 3))
+    nearest, distances = np.full(len(x), REACH), np.full(len(pairs), np.inf)
+    pair, foot = np.empty((4, 3)), np.empty(3)
     for number, (p, t) in enumerate(pairs):
         a, b, c = triangles[t]
         if bone[p] or bone[a] or bone[b] or bone[c]:
@@ -136,7 +148,6 @@ def _facing(x, pairs, triangles, normals, bone, fans, fan_starts):  # type: igno
         if opposite > FACING or normals[t] @ (x[p] - x[a]) < 0.0:
             continue
         pair[0], pair[1], pair[2], pair[3] = x[p], x[a], x[b], x[c]
-        distances[number] = closest_point(pair, TRIANGLE, feet[number])
+        distances[number] = closest_point(pair, TRIANGLE, foot)
         nearest[p] = min(nearest[p], distances[number])
-    found = np.flatnonzero(distances < nearest[pairs[:, 0]] + EQUALLY)
-    return pairs[found], feet[found]
+    return pairs[distances < nearest[pairs[:, 0]] + EQUALLY]
