@@ -48,7 +48,7 @@ def write(path: Path, count: int, nodes: int) -> None:
             last = min(first + BATCH, count)
             fields = (rng.normal(size=(last - first, MODES)).astype(np.float32) * amplitudes) @ modes
             for row in range(first, last):
-                store.record(row, Solved(fields[row - first].reshape(nodes, 3), None, {"smallest_jacobian": 1.0}))
+                store.record(row, Solved.of(fields[row - first].reshape(nodes, 3), {}, {"smallest_jacobian": 1.0}))
 
 
 def measure(path: Path) -> dict[str, float]:

@@ -24,6 +24,7 @@ from risorius.error_bound import ErrorBound
 from risorius.evaluators import PolynomialMap, Setting, Superposition
 from risorius.inputs import InputTable
 from risorius.jaw import JawMotion
+from risorius.mechanics.one_sided import OneSidedSprings
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.poses import Poses
@@ -85,8 +86,10 @@ def lively_model(synthetic_model: ReducedModel) -> ReducedModel:
     states, weights = np.eye(5)[:2], 0.02 * rng.normal(size=(2, 10))
     gravity = Gravity(sagging.astype(np.float32), 1.0, states, 0.1 * rng.normal(size=10), weights)
     vertices = len(synthetic_model.rest_vertices)
-    springs = Tissue(sp.diags_array(np.linspace(100.0, 300.0, 3 * vertices), format="csr"))
-    touch = TouchResponse(springs, sp.identity(3 * vertices, format="csr"), (0, 1, 2), vertices)
+    upper = sp.diags_array(np.linspace(100.0, 300.0, 3 * vertices), format="csr")
+    touch = TouchResponse(
+        Tissue(upper, OneSidedSprings.none(3 * vertices)), sp.identity(3 * vertices, format="csr"), (0, 1, 2), vertices
+    )
     return replace(synthetic_model, effects={"inertia": inertia, "gravity": gravity, "touch": touch})
 
 

@@ -6,15 +6,13 @@ import math
 import resource
 import shutil
 import sys
-import zlib
 from dataclasses import dataclass
 
-import numpy as np
 import psutil
 
 from risorius.errors import SolverError
 from risorius.snapshot_file import SOLVED, reading
-from risorius.snapshot_store import Samples, Solved
+from risorius.snapshot_store import Samples
 from risorius_offline.equilibrium import EquilibriumSolver
 from risorius_offline.sample import SampleSolver
 from risorius_offline.snapshots import Run
@@ -69,7 +67,7 @@ def estimate(run: Run, plan: Samples, workers: int) -> Cost:
         samples=len(plan.parameters) - _already_solved(run),
         workers=workers,
         seconds_each=outcome.report["seconds"],
-        disk_each=_stored_bytes(solved),
+        disk_each=sum(map(len, solved.fields.values())),
         memory_each=_peak_memory(),
         free_disk=shutil.disk_usage(run.output.parent).free,
         free_memory=_available_memory(),
@@ -81,17 +79,6 @@ def _already_solved(run: Run) -> int:
         return 0
     with reading(run.output) as file:
         return int((file["samples/state"][()] == SOLVED).sum())
-
-
-def _stored_bytes(solved: Solved) -> int:
-    """Bytes after the filters of the store: bytes shuffled by significance, then deflated."""
-    fields = (solved.displacement, solved.derivatives, solved.by_gravity)
-    return sum(len(_deflated(field)) for field in fields if field is not None)
-
-
-def _deflated(values: np.ndarray) -> bytes:
-    shuffled = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.itemsize).T
-    return zlib.compress(shuffled.tobytes(), 1)
 
 
 def _peak_memory() -> int:

@@ -17,6 +17,8 @@ from risorius.snapshot_store import SnapshotStore
 
 # Single actions come first: with fewer of them there is nothing to interpolate between. More than the most cost memory.
 FEWEST, MOST = 64, 512
+# Samples before one that may still be in work while it starts.
+IN_WORK = 16
 # Of the covariance: length in the space of the parameters, weight of what is linear, and noise relative to its mean.
 LENGTH, LINEAR, NOISE = 3.0, 0.1, 1e-4
 
@@ -24,9 +26,10 @@ LENGTH, LINEAR, NOISE = 3.0, 0.1, 1e-4
 def foundation(row: int) -> int:
     """How many of the first samples of a file are asked for one in a row: none, or a power of two.
 
-    So a run comes only a few times to where all before has to be finished.
+    So a run comes only a few times to where these have to be finished, and few workers never wait for them.
     """
-    return 0 if row < FEWEST else min(1 << (row.bit_length() - 1), MOST)
+    finished = row - IN_WORK
+    return 0 if finished < FEWEST else min(1 << (finished.bit_length() - 1), MOST)
 
 
 @dataclass(frozen=True)

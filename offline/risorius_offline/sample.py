@@ -93,11 +93,9 @@ class SampleSolver:
         return state
 
     def _solved(self, found: Equilibrium) -> Solved:
-        displacement, report = found.u.astype(np.float32), _entries(found.report)
-        if not self.derivatives:
-            return Solved(displacement, None, report)
-        by_parameters, by_gravity = (find(self.solver.model, found) for find in (sensitivities, gravity_sensitivities))
-        return Solved(displacement, by_parameters.astype(np.float32), report, by_gravity.astype(np.float32))
+        slopes = {"derivatives": sensitivities, "by_gravity": gravity_sensitivities} if self.derivatives else {}
+        fields = {name: find(self.solver.model, found) for name, find in slopes.items()}
+        return Solved.of(found.u, fields, _entries(found.report))
 
 
 def _entries(report: SolverReport) -> dict[str, float]:

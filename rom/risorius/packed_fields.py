@@ -12,6 +12,19 @@ from risorius.jaw import FloatArray
 from risorius.vector_sums import WIDTH, combine
 
 
+def whole_blocks(size: int) -> int:
+    """Number of components that `combine` sums for a field of so many."""
+    return -(-size // WIDTH) * WIDTH
+
+
+def in_blocks(fields: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Fields (r, m) flat, as `combine` takes them: whole blocks, filled up with zeros."""
+    count, size = fields.shape
+    padded = np.zeros((count, whole_blocks(size)), np.float32)
+    padded[:, :size] = fields
+    return padded.reshape(count, -1, WIDTH).transpose(1, 0, 2).ravel()
+
+
 class PackedFields:
     """Fields (r, m, 3) float32, block after block of components. Not thread-safe.
 
@@ -20,12 +33,10 @@ class PackedFields:
 
     def __init__(self, fields: npt.NDArray[np.float32]) -> None:
         count, size = len(fields), fields[0].size
-        padded = np.zeros((count, -(-size // WIDTH) * WIDTH), np.float32)
-        padded[:, :size] = fields.reshape(count, size)
-        self.largest = np.abs(padded).max(axis=1)
-        self._blocks = padded.reshape(count, -1, WIDTH).transpose(1, 0, 2).ravel()
+        self.largest = np.abs(fields.reshape(count, size)).max(axis=1)
+        self._blocks = in_blocks(fields.reshape(count, size))
         self._coordinates = np.empty(count, np.float32)
-        self._sums = np.empty(padded.shape[1], np.float32)
+        self._sums = np.empty(whole_blocks(size), np.float32)
         self._size = size
         self.nbytes = self._blocks.nbytes
 

@@ -24,6 +24,7 @@ from risorius import storage
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.journalled_file import IDENTITY_BYTES, FileWriter
+from risorius.packing import packed, rows_of_chunks, write_packed
 from risorius.poses import Poses
 from risorius.snapshot_file import FAILED, SCHEMA, SCHEMA_VERSION, SOLVED, WAITING, Face, reading
 
@@ -59,15 +60,18 @@ class Samples:
 
 @dataclass(frozen=True)
 class Solved:
-    """Result of one sample: displacement (n, 3), float32, and its derivatives, None where none are kept.
-
-    derivatives: (p, n, 3) by the parameters; by_gravity: (3, n, 3).
-    """
+    """Result of one sample: displacement (n, 3), and all that the file is to keep of it, packed, by field."""
 
     displacement: npt.NDArray[np.float32]
-    derivatives: npt.NDArray[np.float32] | None
+    fields: Mapping[str, bytes]
     report: Mapping[str, float]
-    by_gravity: npt.NDArray[np.float32] | None = None
+
+    @classmethod
+    def of(cls, displacement: FloatArray, slopes: Mapping[str, FloatArray], report: Mapping[str, float]) -> Solved:
+        """Pack a displacement (n, 3) and, where they are kept, its derivatives: (p, n, 3), by_gravity: (3, n, 3)."""
+        single = displacement.astype(np.float32)
+        fields = {"displacements": single, **{name: values.astype(np.float32) for name, values in slopes.items()}}
+        return cls(single, {name: packed(values) for name, values in fields.items()}, report)
 
 
 class SnapshotStore:
@@ -110,11 +114,8 @@ class SnapshotStore:
     def record(self, row: int, solved: Solved) -> None:
         """Store the result of a sample. Raises Error when the disk is full; the file stays as it was."""
         with _uninterrupted():
-            self._samples["displacements"][row] = solved.displacement
-            if self.keeps_derivatives:
-                self._samples["derivatives"][row] = solved.derivatives
-                if "by_gravity" in self._samples:  # an older file goes on without
-                    self._samples["by_gravity"][row] = solved.by_gravity
+            for name in solved.fields.keys() & self._samples.keys():  # a file may keep less
+                write_packed(self._samples[name], row, solved.fields[name])
             self._finish(row, SOLVED, solved.report)
 
     def give_up(self, row: int, reason: str, report: Mapping[str, float]) -> None:
@@ -190,9 +191,8 @@ def _create_fields(group: h5py.Group, face: Face, derivatives: bool) -> None:
     # One chunk for each snapshot: it is written once and read whole.
     slopes = {"derivatives": (count, *nodes), "by_gravity": (3, *nodes)} if derivatives else {}
     fields = {"displacements": nodes, **slopes}
-    filters = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
     for name, each in fields.items():
-        group.create_dataset(name, (0, *each), np.float32, maxshape=(None, *each), chunks=(1, *each), **filters)
+        rows_of_chunks(group, name, each)
 
 
 @contextmanager

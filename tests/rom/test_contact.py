@@ -8,6 +8,7 @@ from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_kernels import ENOUGH
+from risorius.effects.contact_patches import beyond_leaders, take_off_steps
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
 from risorius.engine import Engine
@@ -225,3 +226,31 @@ def test_vertices_that_are_no_numbers_are_left_alone():
 def test_scene_asks_for_contact_of_a_model_that_has_it(synthetic_model):
     with pytest.raises(InputError, match="contact: model 'synthetic' is without; train it from snapshots with contact"):
         Engine(synthetic_model, Scene(contact=True))
+
+
+@pytest.mark.parametrize("depth", [-0.9e-3, -0.2e-3, 0.5e-3])
+def test_what_is_not_looked_at_touches_nothing(depth):
+    """Bounds from leaders, and from steps of the controls, are at most the distance from the ball."""
+    contact, rest = on_ball()
+    points = contact.tables.points
+    gaps, steps = contact._state[3], contact._state[10]
+    order, starts, control_starts, controls = contact._patches[0][2:]
+    vertices = pressed(rest, depth)
+    x = vertices.copy()
+    leaders = contact._patches[0][0]
+    gaps[leaders] = -depths(x)[points[leaders]]
+    which = np.zeros(len(points), np.int32)
+    count = beyond_leaders(x, points, order, starts, np.zeros(len(points)), 1.0, gaps, which)
+    clear = np.setdiff1d(np.arange(len(points)), which[:count])
+    assert (gaps[clear] <= -depths(x)[points[clear]] + 1e-7).all()
+    assert len(clear) > (0 if depth > 0.0 else 0.5 * len(points))
+
+    gaps[:] = -depths(x)[points]
+    rng, shares = np.random.default_rng(2), contact._rows
+    steps[:] = 1e-3 * rng.random(len(steps)) * (rng.random(len(steps)) < 0.3)
+    towards = steps[:, None] * [0.0, 0.0, -1.0]
+    for point in points:
+        entries = slice(shares[0][point], shares[0][point + 1])
+        x[point] += shares[2][entries] @ towards[shares[1][entries]]
+    take_off_steps(order, starts, control_starts, controls, steps, gaps)
+    assert (gaps <= -depths(x)[points] + 1e-7).all()

@@ -45,10 +45,9 @@ def written(snapshots, path):
         count = len(snapshots.parameters)
         store.add(Samples(snapshots.parameters, snapshots.kinds, snapshots.held_out, np.zeros(count, np.int64)))
         for row in range(count):
-            by_gravity = np.zeros((3, *snapshots.points.shape), np.float32)
-            fields = snapshots.displacements[row], snapshots.derivatives[row]
-            solved = Solved(*fields, {"seconds": SOLVE_SECONDS}, by_gravity)
-            store.record(row, solved)
+            by_gravity = np.zeros((3, *snapshots.points.shape))
+            slopes = {"derivatives": snapshots.derivatives[row], "by_gravity": by_gravity}
+            store.record(row, Solved.of(snapshots.displacements[row], slopes, {"seconds": SOLVE_SECONDS}))
     return path
 
 

@@ -19,7 +19,7 @@ from risorius.effects.contact_patches import (
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
-SWEEPS = 6  # at most, of a frame
+SWEEPS = 5  # at most, of a frame
 LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest

@@ -1,8 +1,7 @@
-"""Forces on the skin: the displacement K^-1 f of linear elasticity at rest, added to the face as it is.
+"""Forces on the skin: linear elasticity of the tissue at rest, which bones, teeth and the other lip stop.
 
-The stiffness of the tissue is kept, sparse, and factorised when an engine is made. What a force on a vertex does is
-solved for when that vertex is first touched, and kept while it is one of the last that were. Bones and teeth close
-behind the skin would stop a finger that presses; where snapshots know of them, this is no model of a touch.
+The stiffness of the tissue is kept, sparse, and factorised when an engine is made. What a force on a vertex does, and
+what each spring does that it presses against, is solved for when that is first touched, and kept.
 """
 
 from __future__ import annotations
@@ -20,9 +19,11 @@ import scipy.sparse.linalg as spla
 
 from risorius import storage
 from risorius.effects.effect import Surroundings, Touch
+from risorius.effects.reactions import Reactions
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.mechanics.one_sided import OneSidedSprings
 from risorius.mechanics.stiffness import stiffness
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
@@ -32,10 +33,10 @@ KEPT = 32  # vertices
 
 
 class Tissue:
-    """Tissue at rest: upper (m, m), the upper triangle of its stiffness in N/m, sparse."""
+    """Tissue at rest: upper (m, m), the upper triangle of its stiffness in N/m, sparse; springs that stop it."""
 
-    def __init__(self, upper: sp.csr_matrix) -> None:
-        self.upper = upper
+    def __init__(self, upper: sp.csr_matrix, springs: OneSidedSprings) -> None:
+        self.upper, self.springs = upper, springs
 
     @cached_property
     def factors(self) -> spla.SuperLU:
@@ -45,30 +46,36 @@ class Tissue:
 
 class TouchResponse:
     """tissue at rest; weights (3 n, m), sparse: displacement of the visible vertices, component by component, from that
-    of the tissue, in the frame of the head; order: of the components that are asked for.
+    of the tissue, in the frame of the head; order: of the components that are asked for. Not thread-safe.
     """
 
     name: ClassVar[str] = "touch"
-    needs: ClassVar[str] = "snapshots without contact and without the force-length relation"
+    needs: ClassVar[str] = "snapshots of this release without the force-length relation"
     energy: ClassVar[float] = 0.0
 
     def __init__(self, tissue: Tissue, weights: sp.csr_matrix, order: tuple[int, int, int], carriers: int) -> None:
         self.fields: npt.NDArray[np.float32] = np.zeros((0, carriers, 3), np.float32)
         self._tissue, self._weights, self._order = tissue, weights, order
-        self._columns: OrderedDict[int, npt.NDArray[np.float32]] = OrderedDict()
+        seen = np.unique(weights.indices).astype(np.int64)
+        self._seen, self._weights_of_seen = seen, weights[:, seen]
+        self._reactions = Reactions(tissue.springs, lambda loads: tissue.factors.solve(loads), seen)
+        self._columns: OrderedDict[int, tuple[FloatArray, FloatArray]] = OrderedDict()
         self._touches: tuple[Touch, ...] = ()
+        self._answered: tuple[Touch, ...] | None = None
+        self._answer = np.zeros((0, 3))
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> TouchResponse | None:
         """See `Effect`."""
-        body, surface = snapshots.body, snapshots.surface
-        if body is None or snapshots.contact is not None:
+        body, surface, springs = snapshots.body, snapshots.surface, snapshots.springs
+        if body is None or (snapshots.contact is not None and springs is None):
             return None
         free = np.flatnonzero(~np.repeat(body.prescribed, 3))
         at_rest = stiffness(body, np.zeros_like(snapshots.points), np.zeros(len(snapshots.muscles)))
         weights = sp.kron(surface.weights, sp.identity(3), format="csr")[:, free]
-        carriers = len(np.unique(surface.weights.indices))
-        return cls(Tissue(sp.triu(at_rest[free][:, free], format="csr")), weights.tocsr(), (0, 1, 2), carriers)
+        springs = (springs or OneSidedSprings.none(snapshots.points.size)).on(free)
+        tissue = Tissue(sp.triu(at_rest[free][:, free], format="csr"), springs)
+        return cls(tissue, weights.tocsr(), (0, 1, 2), len(np.unique(surface.weights.indices)))
 
     def check(self, surroundings: Surroundings) -> None:
         """Refuse touches of no vertex, and those that move tissue too far."""
@@ -78,7 +85,8 @@ class TouchResponse:
         for touch in surroundings.touches:
             if not _is_number_below(touch.vertex, count):
                 raise InputError(f"touch: there is no vertex {touch.vertex!r}; give one of 0 to {count - 1}")
-        farthest = max(self._distance(touch.vertex, surroundings.touches) for touch in surroundings.touches)
+        moved = self._moved(surroundings.touches)
+        farthest = max(float(np.linalg.norm(moved[touch.vertex])) for touch in surroundings.touches)
         if farthest > FARTHEST:
             forces = ", ".join(
                 f"{np.linalg.norm(touch.force):.3g} N on {touch.vertex}" for touch in surroundings.touches
@@ -101,26 +109,27 @@ class TouchResponse:
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Move the touched skin."""
         if self._touches:
-            vertices += self._moved(self._touches).reshape(-1, 3)
+            vertices += self._moved(self._touches)[:, list(self._order)]
 
-    def _moved(self, touches: tuple[Touch, ...]) -> npt.NDArray[np.float32]:
-        """Displacement (3 n,) of the vertices."""
-        moved = np.zeros(self._weights.shape[0], np.float32)
+    def _moved(self, touches: tuple[Touch, ...]) -> FloatArray:
+        """Displacement (n, 3) of the vertices in the frame of the head."""
+        if touches is self._answered:  # as `check` was asked
+            return self._answer
+        moved, opening = np.zeros(len(self._seen)), np.zeros(len(self._tissue.springs.play))
         for touch in touches:
-            moved += self._column(touch.vertex) @ touch.force.astype(np.float32)
-        return moved
+            moves, opens = self._column(touch.vertex)
+            moved += moves @ touch.force
+            opening += opens @ touch.force
+        moved += self._reactions.displacement(opening, tuple(touch.vertex for touch in touches))
+        self._answered, self._answer = touches, np.asarray(self._weights_of_seen @ moved).reshape(-1, 3)
+        return self._answer
 
-    def _distance(self, vertex: int, touches: tuple[Touch, ...]) -> float:
-        """How far a vertex moves: nothing moves farther than what is touched."""
-        rows = slice(3 * vertex, 3 * vertex + 3)
-        return float(np.linalg.norm(sum(self._column(touch.vertex)[rows] @ touch.force for touch in touches)))
-
-    def _column(self, vertex: int) -> npt.NDArray[np.float32]:
-        """Displacement (3 n, 3) of the vertices by a newton on one of them along x, y and z of the head."""
+    def _column(self, vertex: int) -> tuple[FloatArray, FloatArray]:
+        """What a newton on a vertex along x, y and z moves of what is seen (c, 3), and opens of the gaps (k, 3)."""
         if vertex not in self._columns:
             loads = self._weights[3 * vertex : 3 * vertex + 3].toarray()
-            found = (self._weights @ self._tissue.factors.solve(loads.T)).reshape(-1, 3, 3)
-            self._columns[vertex] = np.ascontiguousarray(found[:, list(self._order)].reshape(-1, 3), np.float32)
+            found = self._tissue.factors.solve(loads.T)
+            self._columns[vertex] = found[self._seen], self._tissue.springs.rows @ found
         self._columns.move_to_end(vertex)
         while len(self._columns) > KEPT:
             self._columns.popitem(last=False)
@@ -145,14 +154,15 @@ class TouchResponse:
         """Store tissue and weights."""
         storage.write_sparse(group.create_group("stiffness"), self._tissue.upper)
         storage.write_sparse(group.create_group("weights"), self._weights)
+        self._tissue.springs.write(group.create_group("springs"))
         group.attrs["carriers"], group.attrs["order"] = self.fields.shape[1], self._order
 
     @classmethod
     def read(cls, group: h5py.Group) -> TouchResponse:
         """Load what `write` stored."""
         x, y, z = (int(axis) for axis in group.attrs["order"])
-        tissue, weights = Tissue(storage.read_sparse(group["stiffness"])), storage.read_sparse(group["weights"])
-        return cls(tissue, weights, (x, y, z), int(group.attrs["carriers"]))
+        tissue = Tissue(storage.read_sparse(group["stiffness"]), OneSidedSprings.read(group["springs"]))
+        return cls(tissue, storage.read_sparse(group["weights"]), (x, y, z), int(group.attrs["carriers"]))
 
 
 def _is_number_below(vertex: object, count: int) -> bool:

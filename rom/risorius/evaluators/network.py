@@ -22,10 +22,11 @@ import numpy.typing as npt
 
 from risorius.evaluators.competition import compete
 from risorius.evaluators.observations import Reflection
-from risorius.evaluators.row_sums import add_rows
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
+from risorius.packed_fields import in_blocks, whole_blocks
 from risorius.part import Part
+from risorius.vector_sums import combine
 
 Single = npt.NDArray[np.float32]
 WIDTH = 0.02  # of a bend's rounded corner
@@ -82,36 +83,39 @@ class NetworkMap:
         return np.flatnonzero(self.reflection.parity > 0.0), np.flatnonzero(self.reflection.parity <= 0.0)
 
     @cached_property
-    def _work(self) -> tuple[FloatArray, FloatArray, Single, FloatArray, npt.NDArray[np.int64], Single, Single]:
-        """Parameters, b, features of both sides, of which those that are not 0 and where, coordinates, answers."""
-        count, features = len(self.reflection.partner), len(self.members[0].even)
-        inputs = len(self.members[0].second)
+    def _tables(self) -> tuple[FloatArray, Single, Single, Single, Single, Single, Single]:
+        """Fields of the members, one after the other, in the order of `Member`; what is combined is in blocks."""
+        members = self.members
+        return (
+            np.stack([one.competition for one in members]),
+            np.stack([in_blocks(one.first) for one in members]),
+            np.stack([one.first_thresholds for one in members]),
+            np.stack([in_blocks(one.second) for one in members]),
+            np.stack([one.second_thresholds for one in members]),
+            np.stack([in_blocks(one.even) for one in members]),
+            np.stack([in_blocks(one.odd) for one in members]),
+        )
+
+    @cached_property
+    def _work(self) -> tuple[FloatArray, FloatArray, Single, Single, Single, Single]:
+        """Parameters, b, features of both sides, what is combined, what comes of it, answers of the members."""
+        count, width = self.members[0].first.shape
         modes = len(self.reflection.parity)
         return (
             np.zeros(count),
             np.empty(count),
-            np.zeros((2, features), np.float32),
-            np.empty(max(features, inputs)),
-            np.empty(max(features, inputs), np.int64),
-            np.empty(modes, np.float32),
+            np.zeros((2, count + 2 * width), np.float32),
+            np.empty(count + 2 * width, np.float32),
+            np.empty(max(whole_blocks(modes), whole_blocks(width)), np.float32),
             np.empty((len(self.members), modes), np.float32),
         )
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
-        everything, variables, features, active, positions, sums, answers = self._work
+        everything, *work = self._work
         everything[self.inputs] = parameters
         partner, sign = self.reflection.partner, self.reflection.sign
-        even, odd = self._modes
-        for member, answer in zip(self.members, answers, strict=True):
-            compete(everything, member.competition, variables)
-            _features(
-                variables, partner, sign, member.first, member.first_thresholds, member.second,
-                member.second_thresholds, features, active, positions,
-            )  # fmt: skip
-            _add_up(features, 1.0, member.even, even, active, positions, sums, answer)
-            _add_up(features, -1.0, member.odd, odd, active, positions, sums, answer)
-        self.doubt = _mean(answers, out)
+        self.doubt = _evaluate(everything, partner, sign, *self._tables, *self._modes, *work, out)
 
     def at(self, setting: Setting) -> NetworkMap:
         """Return that of the leading modes."""
@@ -143,59 +147,60 @@ class NetworkMap:
 
 
 @numba.njit(cache=True)
-def _features(variables, partner, sign, first, thresholds, second, second_thresholds, out, active, positions):  # type: ignore[no-untyped-def]
+def _evaluate(  # type: ignore[no-untyped-def]
+    parameters, partner, sign, competition, first, thresholds, second, second_thresholds, even, odd,
+    even_modes, odd_modes, variables, features, inputs, sums, answers, out,
+):  # fmt: skip
+    """Write the mean answer of all members into `out` (r,); return how far they are apart."""
+    for k in range(len(answers)):
+        compete(parameters, competition[k], variables)
+        _features(
+            variables, partner, sign, first[k], thresholds[k], second[k], second_thresholds[k], features, inputs, sums
+        )
+        _add_up(features, 1.0, even[k], even_modes, inputs, sums, answers[k])
+        _add_up(features, -1.0, odd[k], odd_modes, inputs, sums, answers[k])
+    return _mean(answers, out)
+
+
+@numba.njit(cache=True)
+def _features(variables, partner, sign, first, thresholds, second, second_thresholds, out, inputs, sums):  # type: ignore[no-untyped-def]
     """Write the features (2, p + 2 h) of variables (p,) and of their mirror image."""
-    count, width = first.shape
-    middle = count + width
+    count = len(variables)
+    middle = count + len(thresholds)
     symmetric = True
     for i in range(count):
         out[0, i], out[1, i] = variables[i], sign[i] * variables[partner[i]]
         symmetric &= out[0, i] == out[1, i]
     sides = 1 if symmetric else 2
     for side in range(sides):
-        found = _list_active(out[side, :count], 0, 0, active, positions)
-        _bend_rows(active, positions, found, first, thresholds, out[side, count:middle])
+        _bend(first, out[side, :count], thresholds, sums, out[side, count:middle])
     if symmetric:
         out[1, count:middle] = out[0, count:middle]
     for side in range(sides):
-        found = _list_active(out[side, :middle], 0, 0, active, positions)
-        found = _list_active(out[1 - side, count:middle], middle, found, active, positions)
-        _bend_rows(active, positions, found, second, second_thresholds, out[side, middle:])
+        inputs[:middle] = out[side, :middle]
+        inputs[middle:] = out[1 - side, count:middle]
+        _bend(second, inputs, second_thresholds, sums, out[side, middle:])
     if symmetric:
         out[1, middle:] = out[0, middle:]
 
 
 @numba.njit(cache=True)
-def _list_active(values, first, count, active, positions):  # type: ignore[no-untyped-def]
-    """List values that are not 0, and their numbers from `first` on, behind the `count` listed; return how many."""
-    for i in range(len(values)):
-        active[count], positions[count] = values[i], first + i
-        count += values[i] != 0.0
-    return count
-
-
-@numba.njit(cache=True)
-def _bend_rows(active, positions, count, weights, thresholds, out):  # type: ignore[no-untyped-def]
-    """Write the bent combinations (h,) of active values, 0 where these are."""
+def _bend(weights, inputs, thresholds, sums, out):  # type: ignore[no-untyped-def]
+    """Write the bent combinations (h,) of inputs, 0 where these are."""
     square = np.float32(WIDTH * WIDTH)
-    out[:] = thresholds
-    add_rows(active, positions, count, weights, out)
+    combine(weights, inputs, sums[: len(weights) // len(inputs)])
     for r in range(len(out)):
-        out[r] = np.sqrt(out[r] * out[r] + square) - np.sqrt(thresholds[r] * thresholds[r] + square)
+        z = sums[r] + thresholds[r]
+        out[r] = np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square)
 
 
 @numba.njit(cache=True)
-def _add_up(features, sign, coefficients, modes, active, positions, sums, out):  # type: ignore[no-untyped-def]
+def _add_up(features, sign, coefficients, modes, inputs, sums, out):  # type: ignore[no-untyped-def]
     """Write the coordinates of some modes into their places in `out`."""
-    count = 0
-    for i in range(features.shape[1]):
-        value = features[0, i] + sign * features[1, i]
-        active[count], positions[count] = value, i
-        count += value != 0.0
-    width = len(modes)
-    sums[:width] = 0.0
-    add_rows(active, positions, count, coefficients, sums)
-    for r in range(width):
+    for i in range(len(inputs)):
+        inputs[i] = features[0, i] + sign * features[1, i]
+    combine(coefficients, inputs, sums[: len(coefficients) // len(inputs)])
+    for r in range(len(modes)):
         out[modes[r]] = sums[r]
 
 

@@ -28,7 +28,6 @@ from risorius.evaluators.products import (
     multiply_slopes,
     needed,
 )
-from risorius.evaluators.row_sums import add_rows
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.part import Part
@@ -246,7 +245,7 @@ def _terms_of(observations: Observations, row: int, full: RationalMap) -> tuple[
     return np.vstack([values, gradients.T]), targets
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath={"contract"})
 def _add_up(terms, pairs, signs, coefficients, modes, active, positions, sums, out):  # type: ignore[no-untyped-def]
     """Write the coordinates of a block into their places in `out`, features that are negligible left out."""
     count = 0
@@ -255,7 +254,19 @@ def _add_up(terms, pairs, signs, coefficients, modes, active, positions, sums, o
         active[count], positions[count] = value, n
         count += abs(value) > NEGLIGIBLE
     width = len(modes)
-    sums[:width] = 0.0
-    add_rows(active, positions, count, coefficients, sums)
+    for r in range(width):
+        sums[r] = 0.0
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        a, b, c, d = (
+            np.float32(active[k]), np.float32(active[k + 1]), np.float32(active[k + 2]), np.float32(active[k + 3])
+        )  # fmt: skip
+        i, j, m, n = positions[k], positions[k + 1], positions[k + 2], positions[k + 3]
+        for r in range(width):
+            sums[r] += a * coefficients[i, r] + b * coefficients[j, r] + c * coefficients[m, r] + d * coefficients[n, r]
+    for k in range(whole, count):
+        a, i = np.float32(active[k]), positions[k]
+        for r in range(width):
+            sums[r] += a * coefficients[i, r]
     for r in range(width):
         out[modes[r]] = sums[r]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius import storage
@@ -32,6 +33,15 @@ class OneSidedSprings:
             np.concatenate([part.play for part in parts]),
             np.concatenate([part.strength for part in parts]),
         )
+
+    @classmethod
+    def none(cls, size: int) -> OneSidedSprings:
+        """No springs on `size` components of a displacement."""
+        return cls(sp.csr_matrix((0, size)), np.zeros(0), np.zeros(0))
+
+    def on(self, components: npt.NDArray[np.integer]) -> OneSidedSprings:
+        """The springs where only some components of the displacement are not 0, and are all that is given."""
+        return OneSidedSprings(sp.csr_matrix(self.rows[:, components]), self.play, self.strength)
 
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
