@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numba
@@ -14,9 +15,14 @@ from risorius.companion import JAW, Companion
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
+from risorius.normals import vertex_normals
 from risorius.poses import Poses
+from risorius.winding_number import winding_number
 
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
+OUT_OF_ITSELF = 0.02e-3  # metres that a point is moved out of its own skin, to be told whether it is in other tissue
+# By which the winding number of the skin grows where a point gets into tissue. It is one, less where skin ends nearby.
+WOUND = 0.25
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ class PenetrationMeasure:
         }
         self._sheets = LipSheets.of(geometry.seam, rest, triangles)
         self._in_border = _border(self._sheets, len(rest))
-        self._rest = np.asarray(rest, dtype=np.float64)
+        self._rest, self._triangles = np.asarray(rest, dtype=np.float64), triangles
 
     @property
     def lip_vertices(self) -> npt.NDArray[np.int32]:
@@ -53,7 +59,7 @@ class PenetrationMeasure:
     def __call__(self, vertices: npt.NDArray[np.floating], coordinates: npt.NDArray[np.floating]) -> Penetration:
         """Depths of vertices (n, 3) and coordinates (r,) of a frame; what is in a tooth at rest counts from there."""
         depth = self.depths_in_obstacles(vertices, coordinates)
-        return Penetration(float(depth.max(initial=0.0)), float(self.depths_in_lips(vertices).max(initial=0.0)))
+        return Penetration(float(depth.max(initial=0.0)), self._deepest_in_lips(vertices))
 
     def depths_in_obstacles(
         self, vertices: npt.NDArray[np.floating], coordinates: npt.NDArray[np.floating], around: float = 0.0
@@ -66,7 +72,10 @@ class PenetrationMeasure:
         return depths
 
     def depths_in_lips(self, vertices: npt.NDArray[np.floating]) -> FloatArray:
-        """Depth (s,) of every vertex of the lips in the other lip, metres."""
+        """Depth (s,) of every vertex of the lips in the other lip, metres, as its nearest triangles have it.
+
+        Past a lip's rim the nearest triangle may be turned away: a depth there is of a vertex that is outside.
+        """
         sheets = self._sheets
         depths = np.zeros(len(sheets.vertices))
         _depths_in_sheets(
@@ -74,6 +83,24 @@ class PenetrationMeasure:
             sheets.across, self._in_border, depths,
         )  # fmt: skip
         return depths
+
+    def _deepest_in_lips(self, vertices: npt.NDArray[np.floating]) -> float:
+        """Largest depth of a vertex around which the skin has closed since it was at rest."""
+        depths = self.depths_in_lips(vertices)
+        deepest = np.argsort(-depths)[: np.count_nonzero(depths)]
+        places, numbers = vertices.astype(np.float64), self._sheets.vertices[deepest]
+        for depth, now, before in zip(
+            depths[deepest], self._windings(places, numbers), self._windings(self._rest, numbers), strict=True
+        ):
+            if now - before > WOUND:
+                return float(depth)
+        return 0.0
+
+    def _windings(self, places: FloatArray, numbers: npt.NDArray[np.int32]) -> Iterator[float]:
+        """Winding numbers beside some of the vertices, at places (n, 3), where these are seen from outside."""
+        normals = vertex_normals(places.astype(np.float32), self._triangles) if len(numbers) else places
+        for number in numbers:
+            yield winding_number(places[number] + OUT_OF_ITSELF * normals[number], places, self._triangles)
 
 
 def _seen_from(

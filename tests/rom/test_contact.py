@@ -216,6 +216,20 @@ def test_measure_tells_depths_in_teeth_and_lips():
     assert measure(closed(rest, 0.8e-3), AT_REST).lips == pytest.approx(0.8e-3, abs=0.02e-3)
 
 
+def test_measure_does_not_count_what_went_around_the_rim_of_the_other_lip():
+    contact, rest = lips()
+    flat, count = sheet(0.0)[1], SIDE**2
+    rest = np.concatenate([rest, rest[:count] - [0.0, 1.5e-3, 0.0]])  # closes the lower lip below
+    triangles = np.concatenate([flat, flat[:, ::-1] + count, flat[:, ::-1] + 2 * count]).astype(np.int32)
+    measure = PenetrationMeasure(contact.geometry, Poses(), rest.astype(np.float32), triangles)
+    middle = count + count // 2  # of the upper lip
+    inside, around = rest.astype(np.float32), rest.astype(np.float32)
+    inside[middle, 1], around[middle, 1] = -1.3e-3, -2.5e-3
+    assert measure(inside, AT_REST).lips == pytest.approx(0.8e-3, abs=0.02e-3)
+    assert measure.depths_in_lips(around).max() == pytest.approx(2e-3, abs=0.02e-3)
+    assert measure(around, AT_REST).lips < 0.5e-3  # what it draws through the lower lip on its way
+
+
 def test_vertices_that_are_no_numbers_are_left_alone():
     contact, rest = on_ball()
     vertices = np.full_like(rest, np.nan)

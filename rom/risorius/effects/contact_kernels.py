@@ -23,7 +23,7 @@ SWEEPS = 5  # at most, of a frame
 LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
-HALF = 0.6  # of a depth in the other lip, which gives way, too
+SHARED = 0.75  # of a depth in the other lip, which gives way, too
 SPARE = 0.1e-3  # metres: what is moved out goes so far beyond, for what lies between the points
 ASIDE = 0.0  # cosine between the nearest way out of a tooth and that at rest, below which the latter is taken
 LONGEST_WAY = 8  # steps along it
@@ -267,7 +267,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, s
         if sweep == SWEEPS or deepest < (ENOUGH if sweep < FIRST else LITTLE):
             return sweep
         gather(points, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-        gather(vertices, gaps_lips, ways_lips, HALF, rows[0], rows[1], rows[2], wanted, total)
+        gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
         move(x, wanted, total, moved, steps, columns[0], columns[1], columns[2])
         take_off_steps(order, order_starts, control_starts, controls, steps, gaps)
         take_off_steps(order_lips, starts_lips, control_starts_lips, controls_lips, steps, gaps_lips)

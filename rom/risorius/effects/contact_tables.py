@@ -26,11 +26,11 @@ Vertices = npt.NDArray[np.float32]
 Frames = Iterable[tuple[FloatArray, Vertices]]
 """Lift coordinates of the poses, and vertices (n, 3), of each."""
 
-MOST_POINTS = 700  # that are looked at for teeth, and for lips
+MOST_POINTS = 760  # that are looked at for teeth, and for lips
 MOST_FRAMES = 150  # of training, at which it is seen what may touch
 REACHED = 2.5e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
-BESIDE = 4e-3  # metres: what is as near as that to where lips meet can meet, too
-FINEST = 0.4e-3  # metres between points
+BESIDE = 8e-3  # metres: what is as near as that to where lips meet can meet, too
+FINEST = 0.3e-3  # metres between points
 TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
