@@ -273,10 +273,11 @@ def test_view_command_moves_the_face_by_sliders_until_interrupted(
 def test_view_command_plays_expressions_for_the_given_time(model_file: Path) -> None:
     async def work(address: str) -> int:
         page, setup = await join(address)
-        lifts = np.zeros(setup["lifts"])
-        while not lifts.any():
-            ticket, lifts, _, status = await read_frame(page, setup)
+        ticket, _, first, status = await read_frame(page, setup)
+        vertices = first
+        while np.array_equal(vertices, first):
             await page.write_message(json.dumps({"drawn": ticket}))
+            ticket, _, vertices, status = await read_frame(page, setup)
         return status["sequence"]
 
     process = start_view(model_file, "--play", "--seconds", "2")
