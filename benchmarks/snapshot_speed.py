@@ -1,4 +1,4 @@
-"""Snapshots a second with different numbers of workers: benchmarks/snapshot_speed.py SOURCE [--workers 1 2].
+"""Snapshots a second with different numbers of workers: benchmarks/snapshot_speed.py SOURCE [--contact lips].
 
 Each number of workers solves the same samples into a new file. Their start is timed apart: a worker imports, loads
 kernels and builds its model once. CPU seconds of the solves tell whether workers slow each other down.
@@ -16,6 +16,8 @@ import numpy as np
 
 from risorius_offline.anatomy import load_source
 from risorius_offline.cluster import local_cluster
+from risorius_offline.contact_choice import ContactChoice
+from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.sampling import design
 from risorius_offline.snapshots import FullModelChoice, Run, solve_design
 
@@ -24,6 +26,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("source")
     parser.add_argument("--snapshots", type=int, default=40)
+    parser.add_argument("--contact", type=ContactChoice, choices=list(ContactChoice), default=ContactChoice.NONE)
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
     arguments = parser.parse_args()
     anatomy = load_source(arguments.source)
@@ -31,7 +34,8 @@ def main() -> None:
     print(f"{anatomy.name}: {len(anatomy.points)} nodes, {len(plan.parameters)} snapshots")
     for workers in arguments.workers:
         with tempfile.TemporaryDirectory() as folder:
-            measure(Run(FullModelChoice(anatomy), Path(folder) / "s.h5"), plan, workers)
+            choice = FullModelChoice(anatomy, EffectChoice(contact=arguments.contact))
+            measure(Run(choice, Path(folder) / "s.h5"), plan, workers)
 
 
 def measure(run: Run, plan, workers: int) -> None:
