@@ -90,11 +90,6 @@ class SnapshotStore:
         self.paths: npt.NDArray[np.int64] = self._samples["path"][()]
         self.states: npt.NDArray[np.uint8] = self._samples["state"][()]
 
-    @property
-    def keeps_derivatives(self) -> bool:
-        """Whether derivatives are stored."""
-        return "derivatives" in self._samples
-
     def add(self, samples: Samples) -> None:
         """Add samples, waiting to be solved."""
         start, count = len(self.parameters), len(self.parameters) + len(samples.parameters)

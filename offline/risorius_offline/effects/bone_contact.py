@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
@@ -151,12 +150,9 @@ class BoneContact:
             play = -self._overlap(bone, np.zeros((self._node_count, 3)))
             near = np.flatnonzero(play < reach)
             gradient, _ = bone.distance.derivatives(self._rest[near])
-            columns = 3 * self.nodes[near, None] + np.arange(3)
-            rows = sp.csr_matrix(
-                (gradient.ravel(), columns.ravel(), 3 * np.arange(len(near) + 1)),
-                shape=(len(near), 3 * self._node_count),
-            )
-            parts.append(OneSidedSprings(rows, play[near], self.areas[near] * self._pressure / self._tolerance**2))
+            strength = self.areas[near] * self._pressure / self._tolerance**2
+            nodes = self.nodes[near, None]
+            parts.append(OneSidedSprings.between(nodes, gradient[:, None], self._node_count, play[near], strength))
         return OneSidedSprings.joined(parts)
 
     def _bone(self, anatomy: Anatomy, name: str) -> _Bone:

@@ -17,7 +17,6 @@ that may touch is `lip_contact.py`.
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
 from risorius.jaw import FloatArray
 from risorius.mechanics.one_sided import OneSidedSprings
@@ -100,11 +99,9 @@ class LipSeam:
         heights = PlaneHeight.of(self._rest)
         ways = heights.values - self._onset
         near = np.flatnonzero(ways < reach)
-        columns = 3 * self.nodes[near, :, None] + np.arange(3)
-        starts = 12 * np.arange(len(near) + 1)
-        values = heights.gradients[near].ravel()
-        rows = sp.csr_matrix((values, columns.ravel(), starts), shape=(len(near), 3 * self._node_count))
-        return OneSidedSprings(rows, ways[near], self._scale[near])
+        return OneSidedSprings.between(
+            self.nodes[near], heights.gradients[near], self._node_count, ways[near], self._scale[near]
+        )
 
     def _heights(self, u: FloatArray) -> PlaneHeight:
         return PlaneHeight.of(self._rest + u[self.nodes])

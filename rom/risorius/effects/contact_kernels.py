@@ -256,7 +256,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, s
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
     moved[:] = 0.0
-    for sweep in range(SWEEPS + 1):
+    for sweep in range(SWEEPS):
         gaps_to_teeth(
             x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
         )
@@ -264,7 +264,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, s
             x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
         )
         deepest = -min(_smallest(gaps), _smallest(gaps_lips))
-        if sweep == SWEEPS or deepest < (ENOUGH if sweep < FIRST else LITTLE):
+        if deepest < (ENOUGH if sweep < FIRST else LITTLE):
             return sweep
         gather(points, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
         gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)

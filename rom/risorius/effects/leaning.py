@@ -5,9 +5,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from risorius.effects.effect import UPRIGHT
 from risorius.jaw import FloatArray
 
-LEANING = 9.81 * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+LEANING = -UPRIGHT[1] * np.array(
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
+)
 """Gravity (5, 3), m/s2, of a head on its left and right side, upside down, on its face and on its back."""
 
 HALVES = np.array([0, 0, 1, 2, 2])
@@ -27,7 +30,7 @@ def halves(gravity):  # type: ignore[no-untyped-def]
         change = gravity[axis]
         share = 0.5 * (1.0 + change / np.sqrt(change * change + BLEND * BLEND))
         result[first], result[first + 1] = change * share, change * (1.0 - share)
-    result[2] = gravity[1] + 9.81
+    result[2] = gravity[1] - UPRIGHT[1]
     return result
 
 

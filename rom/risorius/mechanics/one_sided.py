@@ -26,6 +26,16 @@ class OneSidedSprings:
     strength: FloatArray
 
     @classmethod
+    def between(
+        cls, nodes: npt.NDArray[np.integer], gradients: FloatArray, count: int, play: FloatArray, strength: FloatArray
+    ) -> OneSidedSprings:
+        """Springs whose gaps change with some of `count` nodes each, nodes (k, a), by gradients (k, a, 3)."""
+        columns = 3 * nodes[:, :, None] + np.arange(3)
+        starts = 3 * nodes.shape[1] * np.arange(len(nodes) + 1)
+        rows = sp.csr_matrix((gradients.ravel(), columns.ravel(), starts), shape=(len(nodes), 3 * count))
+        return cls(rows, play, strength)
+
+    @classmethod
     def joined(cls, parts: list[OneSidedSprings]) -> OneSidedSprings:
         """All springs of parts, one at least, on the same nodes."""
         return cls(
