@@ -7,7 +7,7 @@ pushed out along smooth fields around them, at most `SWEEPS` times in a frame, a
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import h5py
 import numpy as np
@@ -15,14 +15,19 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_kernels import resolve
-from risorius.effects.contact_patches import Patches
+from risorius.effects.contact_kernels import TOLERATED
+from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
+from risorius.effects.retreat import Retreat
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
+
+Numbers = npt.NDArray[np.int64]
+MANY_SWEEPS, FAR_MOVED = 2, 2.5e-3  # metres; beyond these, every point is looked at, otherwise few
+SHARES = (0.0, 0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 
 
 class Contact:
@@ -32,38 +37,21 @@ class Contact:
     needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
     energy: ClassVar[float] = 0.0
 
-    def __init__(self, tables: ContactTables, geometry: ContactGeometry, carriers: int) -> None:
-        self.tables, self.geometry = tables, geometry
+    def __init__(self, tables: ContactTables, retreat: Retreat, geometry: ContactGeometry, carriers: int) -> None:
+        self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
-        t = tables
-        self._turn, self._origin = np.eye(3), np.zeros(3)
-        self._teeth = (
-            t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
-            self._turn, self._origin,
-        )  # fmt: skip
-        self._rows = t.row_starts, t.row_controls, t.row_shares
-        self._columns = t.column_starts, t.column_vertices, t.column_shares
-        points, vertices, controls = len(t.points), len(t.vertices), len(t.column_starts) - 1
-        rows = sp.csr_matrix((t.row_shares, t.row_controls, t.row_starts), shape=(len(t.row_starts) - 1, controls))
-        touching = t.onset > -1.0
-        kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
-        slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
-        of_lips = Patches.of(rows[t.vertices], np.zeros(vertices, np.int64))
-        self._patches = _tables(Patches.of(rows[t.points], kinds), slack), _tables(of_lips, np.zeros(vertices))
-        beside = sp.csr_matrix(rows.T @ rows)
-        movers = np.where(np.diff(t.row_starts) > 0, np.append(t.row_controls, -1)[t.row_starts[:-1]], -1)
-        self._opposite = (
-            movers[t.triangles[:, 0]].astype(np.int32), beside.indptr.astype(np.int32),
-            beside.indices.astype(np.int32), np.zeros(controls),
-        )  # fmt: skip
-        sign = float(t.orientation[0])
-        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, sign
-        self._state = (
-            t.facing.copy(), np.zeros(points, np.int32), np.zeros(vertices, np.int32), np.zeros(points),
-            np.zeros((points, 3)), np.zeros(vertices), np.zeros((vertices, 3)), np.zeros((controls, 3)),
-            np.zeros(controls), np.zeros((controls, 3)), np.zeros(controls),
-        )  # fmt: skip
-        self._motion = np.zeros((4, 4))
+        self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
+        swept, (beside, elsewhere) = (tables.swept, tables.swept_vertices), _others(tables)
+        everything = np.arange(len(tables.points)), np.arange(len(tables.vertices))
+        jaw = self._turn, self._origin
+        self._swept, self._beside = ContactLook(tables, *swept, *jaw), ContactLook(tables, *beside, *jaw)
+        self._elsewhere = ContactLook(tables, *elsewhere, *jaw, allowed=TOLERATED)
+        self._all = ContactLook(tables, *everything, *jaw, thorough=True)
+        seeds = tables.seeds[beside[0]], tables.lip_seeds[beside[1]]
+        self._seeds = np.searchsorted(swept[0], seeds[0]), np.searchsorted(swept[1], seeds[1])
+        self._judge = ContactLook(tables, *everything, *jaw, allowed=TOLERATED, thorough=True)
+        shape = len(tables.row_starts) - 1, len(tables.column_starts) - 1
+        self._rows = sp.csr_matrix((tables.row_shares, tables.row_controls, tables.row_starts), shape=shape)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Contact | None:
@@ -73,7 +61,10 @@ class Contact:
         surface = snapshots.surface
         rest, triangles = surface.points.astype(np.float32), surface.triangles.astype(np.int32)
         tables = contact_tables(snapshots.contact, snapshots.poses, rest, triangles, frames_of(snapshots))
-        return cls(tables, snapshots.contact, len(np.unique(surface.weights.indices)))
+        lifts = np.array([surface.weights @ field for field in snapshots.lift_fields])
+        touching = np.union1d(tables.points, tables.vertices)
+        retreat = Retreat.of(snapshots.contact, snapshots.poses, lifts, rest, triangles, touching)
+        return cls(tables, retreat, snapshots.contact, len(np.unique(surface.weights.indices)))
 
     def check(self, surroundings: Surroundings) -> None:
         """Nothing: it shows what it can, whatever acts from outside."""
@@ -97,21 +88,38 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        resolve(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state
-        )
+        sweeps, moved = self._swept.resolve(vertices)
+        if sweeps > MANY_SWEEPS or moved > FAR_MOVED:
+            deepest = self._judge.deepest(vertices)
+        else:
+            deepest = max(
+                self._beside.deepest_beside(vertices, self._seeds, self._swept), self._elsewhere.deepest(vertices)
+            )
+        if deepest > TOLERATED:
+            self._go_back(vertices)
+
+    def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Look at every point, and let the mouth go back as little of the way as leaves nothing too deep."""
+        before = vertices - (self._rows @ self._swept.moved).astype(np.float32)
+        for share in SHARES:
+            if share:
+                vertices[:] = before
+                self.retreat.go(share, before, self._turn, self._origin, vertices)
+            self._all.resolve(vertices)
+            if self._judge.deepest(vertices) <= TOLERATED:
+                return
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
-        return Contact(self.tables, self.geometry, self.fields.shape[1])
+        return Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1])
 
     def within(self, part: Part) -> Contact:
         """Return the effect of what a part holds of the lips."""
-        return Contact(self.tables.within(part), self.geometry, len(part.carriers))
+        return Contact(self.tables.within(part), self.retreat.within(part), self.geometry, len(part.carriers))
 
     def in_axes(self, order: tuple[int, int, int]) -> Contact:
         """Return the effect for vertices whose components are in another order."""
-        return Contact(self.tables.in_axes(order), self.geometry, self.fields.shape[1])
+        return Contact(self.tables.in_axes(order), self.retreat.in_axes(order), self.geometry, self.fields.shape[1])
 
     def write(self, group: h5py.Group) -> None:
         """Store tables and geometry."""
@@ -120,13 +128,20 @@ class Contact:
         tables = group.create_group("tables")
         for field in fields(self.tables):
             tables[field.name] = getattr(self.tables, field.name)
+        self.retreat.write(group.create_group("retreat"))
 
     @classmethod
     def read(cls, group: h5py.Group) -> Contact:
         """Load what `write` stored."""
         tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
-        return cls(tables, ContactGeometry.read(group["geometry"]), int(group.attrs["carriers"]))
+        geometry, retreat = ContactGeometry.read(group["geometry"]), Retreat.read(group["retreat"])
+        return cls(tables, retreat, geometry, int(group.attrs["carriers"]))
 
 
-def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
-    return patches.leaders, slack, patches.order, patches.starts, patches.control_starts, patches.controls
+
+def _others(tables: ContactTables) -> tuple[tuple[Numbers, Numbers], tuple[Numbers, Numbers]]:
+    """Points and vertices beside those that sweeps look at, and those elsewhere."""
+    points, lips = tables.seeds, tables.lip_seeds
+    own, own_lips = np.arange(len(points)), np.arange(len(lips))
+    beside = np.flatnonzero((points >= 0) & (points != own)), np.flatnonzero((lips >= 0) & (lips != own_lips))
+    return beside, (np.flatnonzero(points < 0), np.flatnonzero(lips < 0))

@@ -33,6 +33,16 @@ LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
+BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
+CLEAR = 1e-3  # metres
+BENT = 0.1e-3  # metres behind the plane of a triangle, up to which what is beside its point is in front of the lip
+TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
+
+
+@_compiled
+def blocks(size):  # type: ignore[no-untyped-def]
+    """Number of blocks along an axis of a grid."""
+    return (size - 2) // BLOCK + 1
 
 
 @_compiled
@@ -49,11 +59,13 @@ def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: i
 
 @_compiled
 def gaps_to_teeth(  # type: ignore[no-untyped-def]
-    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
-):
+    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
+    turn, origin, gaps, ways,
+):  # fmt: skip
     """Gaps (k,) of `count` of the points, `which` by number, to what is nearest of the obstacles; ways out (k, 3).
 
-    The nearest is not taken where it leads to the other side of a tooth than that at rest.
+    The nearest is not taken where it leads to the other side of a tooth than that at rest. What is CLEAR of all that
+    is in its block of the grid, or beyond the grid, is nearer than that block or the grid's rim tells at the most.
     """
     for e in range(count):
         number = which[e]
@@ -73,13 +85,19 @@ def gaps_to_teeth(  # type: ignore[no-untyped-def]
             a, b, c = (a - lows[o, 0]) * per_metre, (b - lows[o, 1]) * per_metre, (c - lows[o, 2]) * per_metre
             ny, nz = shapes[o, 1], shapes[o, 2]
             ox, oy, oz = away[number, o, 0], away[number, o, 1], away[number, o, 2]
-            gap, gx, gy, gz, way = APART, ox, oy, oz, 0.0
+            gap, gx, gy, gz, way = beyond[o] - begins, ox, oy, oz, 0.0
             for step in range(LONGEST_WAY):
                 s = way * per_metre
                 u, v, w = a + s * ox, b + s * oy, c + s * oz
                 if not (0.0 <= u < shapes[o, 0] - 1 and 0.0 <= v < ny - 1 and 0.0 <= w < nz - 1):
                     break
                 i, j, k = int(u), int(v), int(w)
+                if step == 0:
+                    across, along = blocks(shapes[o, 1]), blocks(shapes[o, 2])
+                    block = least_starts[o] + ((i // BLOCK) * across + j // BLOCK) * along + k // BLOCK
+                    gap = least[block] - begins
+                    if gap > CLEAR:
+                        break
                 n = starts[o] + (i * ny + j) * nz + k
                 m = n + ny * nz
                 here, hx, hy, hz = _linear(
@@ -108,45 +126,59 @@ def gaps_to_teeth(  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways):  # type: ignore[no-untyped-def]
+def gaps_to_lips(  # type: ignore[no-untyped-def]
+    x, vertices, which, count, thorough, at, inward, places, triangles, across, planes, sign, gaps, ways
+):
     """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
-    triangle. There is nothing to touch at the border of a lip, far away, and behind what is behind at rest, too: there
-    is tissue in between.
+    triangle. A thorough look tries the way from `inward` (l,), too.
+    There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is tissue in between.
     """
     for e in range(count):
         number = which[e]
-        p, t = vertices[number], at[number]
+        p, t = vertices[number], -1
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
-        gaps[number] = APART
-        square, w0, w1, w2, from_start = FAR * FAR, 1.0, 0.0, 0.0, -1
-        candidate, ends = t, False
-        for _ in range(LONGEST_WALK):
-            following = -1
-            for k in range(-1, 3):
-                if k < 0:
-                    if from_start >= 0:
-                        continue
-                    candidate = t
-                else:
-                    opposite = w2 if k == 0 else (w0 if k == 1 else w1)
-                    candidate = across[t, k]
-                    if from_start < 0 or opposite != 0.0 or candidate < 0:
-                        continue
-                a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
-                s, v0, v1, v2 = closest_point(
-                    px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
-                )
-                if s < square * (1.0 - 1e-6):
-                    square, following = s, candidate
-                    n0, n1, n2 = v0, v1, v2
-            if following < 0:
+        gaps[number] = FAR
+        nearest, w0, w1, w2, ends = FAR * FAR, 1.0, 0.0, 0.0, False
+        for way in range(2):
+            here, candidate = (at[number] if way == 0 else inward[number]), 0
+            square, u0, u1, u2, begun = FAR * FAR, 1.0, 0.0, 0.0, False
+            for _ in range(LONGEST_WALK):
+                following = -1
+                for k in range(-1, 3):
+                    if k < 0:
+                        if begun:
+                            continue
+                        candidate = here
+                    else:
+                        opposite = u2 if k == 0 else (u0 if k == 1 else u1)
+                        candidate = across[here, k]
+                        if not begun or opposite != 0.0 or candidate < 0:
+                            continue
+                    a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+                    s, v0, v1, v2 = closest_point(
+                        px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+                    )
+                    if s < square * (1.0 - 1e-6):
+                        square, following = s, candidate
+                        n0, n1, n2 = v0, v1, v2
+                if following < 0:
+                    break
+                here, begun = following, True
+                u0, u1, u2 = n0, n1, n2
+            if begun and square < nearest * (1.0 - 1e-6):
+                nearest, t, w0, w1, w2, ends = square, here, u0, u1, u2, False
+                for k in range(3):
+                    opposite = u2 if k == 0 else (u0 if k == 1 else u1)
+                    ends = ends or (opposite == 0.0 and across[t, k] < 0)
+            if not thorough:
                 break
-            t, from_start = following, 1
-            w0, w1, w2 = n0, n1, n2
-        if from_start < 0:
-            gaps[number] = FAR
+        if t < 0:
+            continue
+        at[number] = t
+        gaps[number] = math.sqrt(nearest)
+        if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
         for k in range(-1, 3):
@@ -156,18 +188,12 @@ def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, plane
                 if opposite != 0.0:
                     continue
                 candidate = across[t, k]
-                if candidate < 0:
-                    ends = True
-                    break
             a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
             ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
             vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
             mx, my, mz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             scale = sign / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-20)
             nx, ny, nz = nx + mx * scale, ny + my * scale, nz + mz * scale
-        at[number] = t
-        if ends:
-            continue
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
@@ -176,11 +202,9 @@ def gaps_to_lips(x, vertices, which, count, at, places, triangles, across, plane
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
                 + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
                 + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
-        if side >= 0.0:
-            gaps[number] = math.sqrt(square)
+        if side >= 0.0 or nearest >= DEEPEST * DEEPEST:
             continue
-        if square < DEEPEST * DEEPEST:
-            gaps[number] = -math.sqrt(square)
+        gaps[number] = -gaps[number]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
         ways[number, 0], ways[number, 1], ways[number, 2] = nx / length, ny / length, nz / length
 
@@ -237,40 +261,127 @@ def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ign
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
-    points, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin = teeth
-    vertices, facing, places, triangles, across, planes, sign = lips
+def _found(x, teeth, lips, patches, patches_of_lips, state, thorough):  # type: ignore[no-untyped-def]
+    """Look at all that may touch; return how many points of either kind that is."""
+    points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
+    vertices, facing, inward, places, triangles, across, planes, sign = lips
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     leaders, slack, order, order_starts, control_starts, controls = patches
     leaders_lips, slack_lips, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
-    movers, beside_starts, beside, around = opposite
     at[:] = facing
     gaps_to_teeth(
-        x, points, leaders, len(leaders), onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin,
-        gaps, ways,
+        x, points, leaders, len(leaders), onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts,
+        beyond, turn, origin, gaps, ways,
     )  # fmt: skip
     gaps_to_lips(
-        x, vertices, leaders_lips, len(leaders_lips), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
-    )
+        x, vertices, leaders_lips, len(leaders_lips), thorough, at, inward, places, triangles, across, planes, sign,
+        gaps_lips, ways_lips,
+    )  # fmt: skip
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
+    _look(x, teeth, lips, count, count_lips, state, thorough)
+    return count, count_lips
+
+
+@_compiled
+def _look(x, teeth, lips, count, count_lips, state, thorough):  # type: ignore[no-untyped-def]
+    """Find the gaps of some of the points."""
+    points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
+    vertices, facing, inward, places, triangles, across, planes, sign = lips
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    gaps_to_teeth(
+        x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
+        turn, origin, gaps, ways,
+    )  # fmt: skip
+    gaps_to_lips(
+        x, vertices, which_lips, count_lips, thorough, at, inward, places, triangles, across, planes, sign, gaps_lips,
+        ways_lips,
+    )  # fmt: skip
+
+
+@_compiled
+def deepest(x, teeth, lips, patches, patches_of_lips, state, thorough):  # type: ignore[no-untyped-def]
+    """Metres that any point of vertices x (n, 3) is in anything; what is less than the patches' slack may be missed."""
+    _found(x, teeth, lips, patches, patches_of_lips, state, thorough)
+    return -min(_smallest(state[3]), _smallest(state[5]))
+
+
+@_compiled
+def _doubtful(x, points, seeds, seed_points, gaps, which):  # type: ignore[no-untyped-def]
+    """Write numbers of points that the gap of the one beside each, its seed, does not clear; return how many."""
+    found = 0
+    for number in range(len(points)):
+        p, q, known = points[number], seed_points[seeds[number]], gaps[seeds[number]] + TOLERATED
+        a, b, c = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
+        if not (known > 0.0 and a * a + b * b + c * c < known * known):
+            which[found] = number
+            found += 1
+    return found
+
+
+@_compiled
+def _behind_planes(x, vertices, seeds, seed_at, triangles, sign, which, count, at):  # type: ignore[no-untyped-def]
+    """Keep of `count` points those that are behind the triangle that faces their seed; return how many."""
+    found = 0
+    for e in range(count):
+        number = which[e]
+        p, t = vertices[number], seed_at[seeds[number]]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        height = sign * (nx * (x[p, 0] - x[a, 0]) + ny * (x[p, 1] - x[a, 1]) + nz * (x[p, 2] - x[a, 2]))
+        if height < 0.0 and height * height > BENT * BENT * (nx * nx + ny * ny + nz * nz):
+            at[number] = t
+            which[found] = number
+            found += 1
+    return found
+
+
+@_compiled
+def deepest_beside(x, teeth, lips, state, seeds, seeds_lips, seed_points, seed_vertices, seed_state):  # type: ignore[no-untyped-def]
+    """Metres that points are in anything which lie beside others, their seeds, that have just been looked at."""
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    gaps[:], gaps_lips[:] = APART, APART
+    count = _doubtful(x, teeth[0], seeds, seed_points, seed_state[3], which)
+    count_lips = _doubtful(x, lips[0], seeds_lips, seed_vertices, seed_state[5], which_lips)
+    count_lips = _behind_planes(
+        x, lips[0], seeds_lips, seed_state[0], lips[4], lips[7], which_lips, count_lips, at
+    )
+    _look(x, teeth, lips, count, count_lips, state, False)
+    return -min(_smallest(gaps), _smallest(gaps_lips))
+
+
+@_compiled
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state, thorough):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps, and metres that a control moved."""
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    _, _, order, order_starts, control_starts, controls = patches
+    _, _, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
+    movers, beside_starts, beside, around = opposite
     moved[:] = 0.0
-    for sweep in range(SWEEPS):
-        gaps_to_teeth(
-            x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, turn, origin, gaps, ways
-        )
-        gaps_to_lips(
-            x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
-        )
-        deepest = -min(_smallest(gaps), _smallest(gaps_lips))
-        if deepest < (ENOUGH if sweep < FIRST else LITTLE):
-            return sweep
-        gather(points, gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-        gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+    count, count_lips = _found(x, teeth, lips, patches, patches_of_lips, state, thorough)
+    sweeps = 0
+    while True:
+        if -min(_smallest(gaps), _smallest(gaps_lips)) < (ENOUGH if sweeps < FIRST else LITTLE):
+            break
+        gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+        gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
         move(x, wanted, total, moved, steps, columns[0], columns[1], columns[2])
         take_off_steps(order, order_starts, control_starts, controls, steps, gaps)
         take_off_steps(order_lips, starts_lips, control_starts_lips, controls_lips, steps, gaps_lips)
         take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps_lips)
+        sweeps += 1
+        if sweeps == SWEEPS:
+            break
         count, count_lips = below_zero(gaps, which), below_zero(gaps_lips, which_lips)
-    return SWEEPS
+        _look(x, teeth, lips, count, count_lips, state, thorough)
+    return sweeps, _farthest(moved)
+
+
+@_compiled
+def _farthest(moved):  # type: ignore[no-untyped-def]
+    square = 0.0
+    for control in range(len(moved)):
+        square = max(square, moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2)
+    return math.sqrt(square)

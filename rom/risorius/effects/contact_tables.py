@@ -26,14 +26,18 @@ Vertices = npt.NDArray[np.float32]
 Frames = Iterable[tuple[FloatArray, Vertices]]
 """Lift coordinates of the poses, and vertices (n, 3), of each."""
 
-MOST_POINTS = 760  # that are looked at for teeth, and for lips
+MOST_SWEPT = 760  # points that sweeps look at for teeth, and for lips
+MOST_POINTS = 2400  # that are looked at to tell whether sweeps have been enough
 MOST_FRAMES = 150  # of training, at which it is seen what may touch
-REACHED = 2.5e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
-BESIDE = 8e-3  # metres: what is as near as that to where lips meet can meet, too
+REACHED = 2.5e-3  # metres: sweeps leave out a vertex that never comes as near as that to a tooth
+NEAR = 5.9e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
+BESIDE = 8e-3  # metres: sweeps look at what is as near as that to where lips meet
 FINEST = 0.3e-3  # metres between points
 TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
+SEEN = 2e-3  # metres from a point that sweeps look at, within which they have seen what is there
+FROM_BORDER = 3e-3  # metres from the border of a lip
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -45,7 +49,10 @@ class ContactTables:
     Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below
     -1 m where there is none; away (k, o, 3): the way out at rest. Obstacles: distances (all grids, flat), starts (o,),
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
-    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
+    seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps look
+    at: its own for those, -1 where none is near.
+    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, inward (l,) the nearest that is well
+    within its lip, places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
     -1 where the order of axes turns triangles over.
     """
@@ -62,7 +69,10 @@ class ContactTables:
     transforms: FloatArray
     vertices: npt.NDArray[np.int32]
     facing: npt.NDArray[np.int32]
+    inward: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
+    seeds: npt.NDArray[np.int32]
+    lip_seeds: npt.NDArray[np.int32]
     triangles: npt.NDArray[np.int32]
     across: npt.NDArray[np.int32]
     planes: npt.NDArray[np.float32]
@@ -73,6 +83,16 @@ class ContactTables:
     column_vertices: npt.NDArray[np.int32]
     column_shares: npt.NDArray[np.float32]
     orientation: npt.NDArray[np.int64]
+
+    @property
+    def swept(self) -> npt.NDArray[np.int64]:
+        """Numbers of the points that sweeps look at."""
+        return np.flatnonzero(self.seeds == np.arange(len(self.seeds)))
+
+    @property
+    def swept_vertices(self) -> npt.NDArray[np.int64]:
+        """Numbers of the vertices of the lips that sweeps look at."""
+        return np.flatnonzero(self.lip_seeds == np.arange(len(self.lip_seeds)))
 
     def within(self, part: Part) -> ContactTables:
         """Tables of a part of the model. Lips of which it does not hold all triangles around a vertex do not meet."""
@@ -92,7 +112,10 @@ class ContactTables:
             transforms=self.transforms if 0 in part.lifts else self.transforms[:0],
             vertices=number[self.vertices[vertices]],
             facing=new[self.facing[vertices]],
+            inward=np.where(whole[self.inward], new[self.inward], new[self.facing])[vertices].astype(np.int32),
             places=self.places[vertices],
+            seeds=_left(self.seeds, points),
+            lip_seeds=_left(self.lip_seeds, vertices),
             triangles=number[self.triangles[whole]],
             across=np.where(self.across[whole] >= 0, new[self.across[whole]], -1).astype(np.int32),
             planes=self.planes[whole],
@@ -125,17 +148,26 @@ def contact_tables(
 ) -> ContactTables:
     """Tables for a surface at rest (n, 3), triangles (m, 3); what comes near nothing in any frame is left out."""
     sheets = LipSheets.of(geometry.seam, rest, triangles)
-    touched, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
+    reached, near, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
     normals = vertex_normals(rest, triangles).astype(np.float64)
-    points = _thinned(rest, normals, np.flatnonzero(touched.any(axis=0)))
-    vertices = _thinned(rest, normals, sheets.vertices[_widened(rest[sheets.vertices], met)])
+    swept = _thinned(rest, normals, np.flatnonzero(reached.any(axis=0)), MOST_SWEPT)
+    points = np.union1d(swept, _thinned(rest, normals, np.flatnonzero(near.any(axis=0)), MOST_POINTS))
+    meeting = sheets.vertices[_widened(rest[sheets.vertices], met)]
+    swept_vertices = _thinned(rest, normals, meeting, MOST_SWEPT)
+    among = sheets.vertices if len(meeting) else meeting
+    vertices = np.union1d(swept_vertices, _thinned(rest, normals, among, MOST_POINTS))
     chosen = np.searchsorted(sheets.vertices, vertices)
     return ContactTables(
         points=points.astype(np.int32),
-        **_of_obstacles(geometry, poses, rest[points], touched[:, points]),
+        **_of_obstacles(geometry, poses, rest[points], near[:, points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
+        inward=_inward(sheets, rest)[chosen],
         places=rest[sheets.vertices[chosen]],
+        seeds=_seeds(rest[points], np.zeros(len(points)), np.searchsorted(points, swept)),
+        lip_seeds=_seeds(
+            rest[vertices], sheets.sheet[chosen].astype(np.float64), np.searchsorted(vertices, swept_vertices)
+        ),
         triangles=sheets.triangles,
         across=sheets.across,
         planes=_planes(rest, sheets.triangles),
@@ -153,14 +185,30 @@ def frames_of(snapshots: SnapshotSet) -> Frames:
         yield lifts, (snapshots.surface.points + displacement).astype(np.float32)
 
 
-def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Vertices (o, n) that come within REACHED of an obstacle, and vertices (s,) of the lips that meet the other."""
-    seen = [
-        (measure.depths_in_obstacles(vertices, lifts, REACHED) > 0.0, measure.depths_in_lips(vertices) > 0.0)
-        for lifts, vertices in frames
-    ]
-    touched, met = zip(*seen, strict=True)
-    return np.asarray(np.any(touched, axis=0)), np.asarray(np.any(met, axis=0))
+def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], ...]:
+    """Vertices (o, n) that come within REACHED, and within NEAR, of an obstacle; (s,) of the lips that meet the other."""
+    seen = [(measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices)) for lifts, vertices in frames]
+    deepest, met = (np.max(depths, axis=0) for depths in zip(*seen, strict=True))
+    return deepest > -REACHED, deepest > -NEAR, met > 0.0
+
+
+def _left(numbers: npt.NDArray[np.int32], kept: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Numbers (-1 for none) of those that are kept, among what is kept."""
+    new = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
+    return np.asarray(new[numbers[kept]], dtype=np.int32)
+
+
+def _seeds(
+    places: npt.NDArray[np.float32], side: FloatArray, swept: npt.NDArray[np.integer]
+) -> npt.NDArray[np.int32]:
+    """(k,) number of the nearest swept one on the same side, -1 where none is within SEEN of it."""
+    seeds = np.full(len(places), -1, np.int32)
+    if len(swept):
+        apart = np.column_stack([places, 1.0 * side])
+        away, nearest = cKDTree(apart[swept]).query(apart)
+        seeds = np.where(away <= SEEN, swept[nearest], -1).astype(np.int32)
+        seeds[swept] = swept
+    return seeds
 
 
 def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -171,16 +219,16 @@ def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> 
 
 
 def _thinned(
-    rest: npt.NDArray[np.float32], normals: FloatArray, among: npt.NDArray[np.integer]
+    rest: npt.NDArray[np.float32], normals: FloatArray, among: npt.NDArray[np.integer], most: int
 ) -> npt.NDArray[np.integer]:
-    """At most MOST_POINTS of the vertices, evenly spread; on both sides of the plane of symmetry alike.
+    """At most so many of the vertices, evenly spread; on both sides of the plane of symmetry alike.
 
     What faces another way is another place: lips that touch at rest both get theirs.
     """
     among = among[outwards(rest[among].astype(np.float64))]
     places = np.hstack([rest[among], TURNED * normals[among]])
     chosen, spacing = among, FINEST
-    while len(chosen) > MOST_POINTS:
+    while len(chosen) > most:
         tree, free = cKDTree(places), ~beside_middle(places, spacing)
         kept = []
         for number in range(len(among)):
@@ -189,6 +237,21 @@ def _thinned(
                 free[tree.query_ball_point(places[number], spacing)] = False
         chosen, spacing = among[kept], 1.1 * spacing
     return np.sort(chosen)
+
+
+def _inward(sheets: LipSheets, rest: npt.NDArray[np.float32]) -> npt.NDArray[np.int32]:
+    """(s,) triangle of the other lip that is nearest at rest among those away from its border; `facing` without one."""
+    ends = np.stack([sheets.triangles, np.roll(sheets.triangles, -1, axis=1)], axis=2)[sheets.across < 0]
+    if not len(ends):
+        return sheets.facing
+    centres = rest[sheets.triangles].mean(axis=1)
+    within = cKDTree(rest[np.unique(ends)]).query(centres)[0] > FROM_BORDER
+    found = sheets.facing.copy()
+    for side in (0, 1):
+        mine, other = np.flatnonzero(sheets.sheet == side), np.flatnonzero(within & (sheets.sheet_of != side))
+        if len(mine) and len(other):
+            found[mine] = other[cKDTree(centres[other]).query(rest[sheets.vertices[mine]])[1]]
+    return found
 
 
 def _of_obstacles(

@@ -1,0 +1,107 @@
+"""What the kernels of contact are called with, for some of the points that may touch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from risorius.effects.contact_kernels import BLOCK, blocks, deepest, deepest_beside, resolve
+from risorius.effects.contact_patches import Patches
+from risorius.effects.contact_tables import ContactTables
+from risorius.jaw import FloatArray
+
+Numbers = npt.NDArray[np.integer]
+Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
+
+
+class ContactLook:
+    """Looks at `points` and `vertices`, numbers of those of the tables. Not thread-safe: it owns what it works with.
+
+    thorough: whether more than one way is gone to the nearest point of a lip. turn (3, 3), origin (3,): of the jaw, as it is when it looks. allowed: metres that a depth may be missed by in
+    `deepest`.
+    """
+
+    def __init__(
+        self, tables: ContactTables, points: Numbers, vertices: Numbers, turn: FloatArray, origin: FloatArray,
+        *, allowed: float = 0.0, thorough: bool = False,
+    ) -> None:  # fmt: skip
+        t, self._thorough = tables, thorough
+        onset, chosen, facing = t.onset[points], t.vertices[vertices], t.facing[vertices]
+        self._teeth = (
+            t.points[points], onset, t.away[points], t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
+            *_least(t), turn, origin,
+        )  # fmt: skip
+        self._lips = (
+            chosen, facing, t.inward[vertices], t.places[vertices], t.triangles, t.across, t.planes,
+            float(t.orientation[0]),
+        )  # fmt: skip
+        self._rows = t.row_starts, t.row_controls, t.row_shares
+        self._columns = t.column_starts, t.column_vertices, t.column_shares
+        controls = len(t.column_starts) - 1
+        rows = sp.csr_matrix((t.row_shares, t.row_controls, t.row_starts), shape=(len(t.row_starts) - 1, controls))
+        touching = onset > -1.0
+        kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
+        slack = -np.where(touching, onset, 0.0).min(axis=1, initial=0.0) - allowed
+        of_lips = Patches.of(rows[chosen], np.zeros(len(chosen), np.int64))
+        self._patches = (
+            _tables(Patches.of(rows[t.points[points]], kinds), slack),
+            _tables(of_lips, np.full(len(chosen), -allowed)),
+        )
+        beside = sp.csr_matrix(rows.T @ rows)
+        movers = np.where(np.diff(t.row_starts) > 0, np.append(t.row_controls, -1)[t.row_starts[:-1]], -1)
+        self._opposite = (
+            movers[t.triangles[:, 0]].astype(np.int32), beside.indptr.astype(np.int32),
+            beside.indices.astype(np.int32), np.zeros(controls),
+        )  # fmt: skip
+        self.moved = np.zeros((controls, 3))
+        self._state = (
+            facing.copy(), np.zeros(len(points), np.int32), np.zeros(len(chosen), np.int32), np.zeros(len(points)),
+            np.zeros((len(points), 3)), np.zeros(len(chosen)), np.zeros((len(chosen), 3)), np.zeros((controls, 3)),
+            np.zeros(controls), self.moved, np.zeros(controls),
+        )  # fmt: skip
+
+    def resolve(self, vertices: npt.NDArray[np.float32]) -> tuple[int, float]:
+        """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
+
+        Returns the number of sweeps, and the metres that a control moved at most.
+        """
+        sweeps, farthest = resolve(
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state,
+            self._thorough,
+        )  # fmt: skip
+        return sweeps, farthest
+
+    def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Metres that any of the points is in anything, negative where none is."""
+        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._state, self._thorough))
+
+    def deepest_beside(self, vertices: npt.NDArray[np.float32], seeds: Seeds, seen: ContactLook) -> float:
+        """As `deepest`, of points beside those that another look has just `seen`."""
+        return float(
+            deepest_beside(
+                vertices, self._teeth, self._lips, self._state, *seeds, seen._teeth[0], seen._lips[0], seen._state
+            )
+        )
+
+
+def _least(tables: ContactTables) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+    """Least distances of the blocks of all grids, where those of each start, and what is farther beyond each grid."""
+    parts, beyond = [np.zeros(0, np.float32)], []
+    for start, shape in zip(tables.starts, tables.shapes, strict=True):
+        grid = tables.distances[start : start + shape.prod()].reshape(shape)
+        rim = [np.take(grid, (0, -1), axis) for axis in range(3)]
+        beyond.append(min(float(side.min()) for side in rim))
+        for axis in range(3):
+            first = BLOCK * np.arange(blocks(shape[axis]))
+            inner = np.minimum.reduceat(grid, first, axis)
+            grid = np.minimum(inner, np.take(grid, np.minimum(first + BLOCK, shape[axis] - 1), axis))
+        parts.append(grid.ravel())
+    starts = np.cumsum([len(part) for part in parts])[:-1].astype(np.int64)
+    return np.concatenate(parts), starts, np.array(beyond, np.float32)
+
+
+def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
+    return patches.leaders, slack, patches.order, patches.starts, patches.control_starts, patches.controls

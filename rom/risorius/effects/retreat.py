@@ -1,0 +1,144 @@
+"""Where a mouth can go back to: a pose that touches next to nothing, for any place of the jaw.
+
+At rest nothing touches. With the jaw moved, the lower lip goes with it as if it were one with its teeth, and the upper
+lip stays; what joins them at the corners of the mouth is in between (harmonic on the surface), what is farther away
+goes as far with the jaw as elastic tissue does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import h5py
+import numba
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import spsolve
+
+from risorius.contact_geometry import ContactGeometry
+from risorius.jaw import FloatArray
+from risorius.lip_sheets import LipSheets, edge_lengths
+from risorius.part import Part
+from risorius.poses import Poses
+
+CORNER = 5e-3  # metres along the surface from the other lip, within which neither is stiff
+ELASTIC = 20e-3  # metres from the lips, beyond which skin goes with the jaw as tissue does
+FADE = 20e-3  # metres beyond what may touch, over which skin goes back less
+SHORTEST = 1e-5  # metres of an edge
+OPENING = 0.3  # of the jaw, at which it is seen how far tissue goes with it
+
+
+@dataclass(frozen=True)
+class Retreat:
+    """vertices (w,) that go back, to places (w, 3) at rest or, by a share carried (w,), to where the jaw takes these.
+
+    most (w,): share of the way that each goes when it is asked to go all of it.
+    """
+
+    vertices: npt.NDArray[np.int32]
+    places: npt.NDArray[np.float32]
+    carried: npt.NDArray[np.float32]
+    most: npt.NDArray[np.float32]
+
+    @classmethod
+    def of(
+        cls, geometry: ContactGeometry, poses: Poses, lift_fields: FloatArray, rest: npt.NDArray[np.float32],
+        triangles: npt.NDArray[np.int32], touching: npt.NDArray[np.integer],
+    ) -> Retreat:  # fmt: skip
+        """That of a surface at rest (n, 3), of which some vertices may touch, and fields (lifts, n, 3) of its poses."""
+        points = rest.astype(np.float64)
+        graph = edge_lengths(points, triangles)
+        away = _away(graph, touching, FADE)
+        near = np.minimum(away / FADE, 1.0)
+        most = 1.0 - near * near * (3.0 - 2.0 * near)
+        vertices = np.flatnonzero(most > 0.0)
+        carried = _carried(LipSheets.of(geometry.seam, rest, triangles), _elastic(poses, lift_fields, points), graph)
+        return cls(
+            vertices.astype(np.int32),
+            rest[vertices],
+            carried[vertices].astype(np.float32),
+            most[vertices].astype(np.float32),
+        )
+
+    def go(
+        self, share: float, before: npt.NDArray[np.float32], turn: FloatArray, origin: FloatArray,
+        vertices: npt.NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        """Write where `vertices` (n, 3) get from where they were `before` by going a share of the way back.
+
+        The jaw's teeth are at turn @ place + origin.
+        """
+        _go(np.float32(share), before, turn, origin, self.vertices, self.places, self.carried, self.most, vertices)
+
+    def within(self, part: Part) -> Retreat:
+        """That of what a part holds of the face."""
+        number = np.full(1 + max(part.vertices.max(initial=0), self.vertices.max(initial=0)), -1, np.int32)
+        number[part.vertices] = np.arange(len(part.vertices))
+        kept = number[self.vertices] >= 0
+        left = {field.name: getattr(self, field.name)[kept] for field in fields(self)}
+        return Retreat(**{**left, "vertices": number[left["vertices"]]})
+
+    def in_axes(self, order: tuple[int, int, int]) -> Retreat:
+        """That of vertices whose components are in another order."""
+        return replace(self, places=np.ascontiguousarray(self.places[:, list(order)]))
+
+    def write(self, group: h5py.Group) -> None:
+        """Store all fields."""
+        for field in fields(self):
+            group[field.name] = getattr(self, field.name)
+
+    @classmethod
+    def read(cls, group: h5py.Group) -> Retreat:
+        """Load what `write` stored."""
+        return cls(**{field.name: group[field.name][()] for field in fields(cls)})
+
+
+def _away(graph: sp.csr_matrix, sources: npt.NDArray[np.integer], limit: float) -> FloatArray:
+    """(n,) metres along the surface from the nearest source, infinite beyond the limit."""
+    if not len(sources):
+        return np.full(graph.shape[0], np.inf)
+    found: FloatArray = dijkstra(graph, directed=False, indices=np.unique(sources), limit=limit, min_only=True)
+    return found
+
+
+def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> FloatArray:
+    """(n,) share of an opening of the jaw that tissue follows."""
+    if poses.jaw is None:
+        return np.zeros(len(points))
+    lifts = poses.jaw.lift_coordinates([OPENING, 0.0, 0.0])
+    rigid = np.tensordot(lifts, poses.jaw.unit_motions(points), axes=1)
+    followed = np.tensordot(lifts, lift_fields[: len(lifts)], axes=1)
+    share: FloatArray = np.einsum("ni,ni->n", followed, rigid) / np.einsum("ni,ni->n", rigid, rigid)
+    return np.clip(share, 0.0, 1.0)
+
+
+def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> FloatArray:
+    """(n,) share of the jaw's motion: none of the upper lip, all of the lower one, harmonic between what is known."""
+    if not len(sheets.vertices) or not elastic.any():
+        return elastic
+    upper, lower = (sheets.vertices[sheets.sheet == side] for side in (0, 1))
+    known = _away(graph, sheets.vertices, ELASTIC) == np.inf
+    stiff_upper, stiff_lower = upper[_away(graph, lower, CORNER)[upper] == np.inf], lower[_away(graph, upper, CORNER)[lower] == np.inf]
+    carried = elastic.copy()
+    carried[stiff_upper], carried[stiff_lower] = 0.0, 1.0
+    known[stiff_upper], known[stiff_lower] = True, True
+    near = graph + graph.T
+    near.data = 1.0 / np.maximum(near.data, SHORTEST)
+    laplacian = sp.csr_matrix(sp.diags(np.asarray(near.sum(axis=1)).ravel()) - near)
+    carried[~known] = spsolve(sp.csc_matrix(laplacian[~known][:, ~known]), -laplacian[~known][:, known] @ carried[known])
+    return carried
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _go(share, before, turn, origin, numbers, places, carried, most, out):  # type: ignore[no-untyped-def]
+    for entry in range(len(numbers)):
+        vertex, part = numbers[entry], share * most[entry]
+        for i in range(3):
+            place = places[entry, i]
+            moved = origin[i] - place
+            for j in range(3):
+                moved += turn[i, j] * places[entry, j]
+            target = place + carried[entry] * moved
+            out[vertex, i] = before[vertex, i] + part * (target - before[vertex, i])
