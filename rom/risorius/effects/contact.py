@@ -45,11 +45,10 @@ class Contact:
         everything = np.arange(len(tables.points)), np.arange(len(tables.vertices))
         jaw = self._turn, self._origin
         self._swept, self._beside = ContactLook(tables, *swept, *jaw), ContactLook(tables, *beside, *jaw)
-        self._elsewhere = ContactLook(tables, *elsewhere, *jaw, allowed=TOLERATED)
-        self._all = ContactLook(tables, *everything, *jaw, thorough=True)
+        self._elsewhere = ContactLook(tables, *elsewhere, *jaw, TOLERATED)
+        self._all = ContactLook(tables, *everything, *jaw)
         seeds = tables.seeds[beside[0]], tables.lip_seeds[beside[1]]
         self._seeds = np.searchsorted(swept[0], seeds[0]), np.searchsorted(swept[1], seeds[1])
-        self._judge = ContactLook(tables, *everything, *jaw, allowed=TOLERATED, thorough=True)
         shape = len(tables.row_starts) - 1, len(tables.column_starts) - 1
         self._rows = sp.csr_matrix((tables.row_shares, tables.row_controls, tables.row_starts), shape=shape)
 
@@ -90,7 +89,7 @@ class Contact:
             self._origin[:] = self._motion[:3, 3]
         sweeps, moved = self._swept.resolve(vertices)
         if sweeps > MANY_SWEEPS or moved > FAR_MOVED:
-            deepest = self._judge.deepest(vertices)
+            deepest = self._all.deepest_of_all(vertices)
         else:
             deepest = max(
                 self._beside.deepest_beside(vertices, self._seeds, self._swept), self._elsewhere.deepest(vertices)
@@ -106,7 +105,7 @@ class Contact:
                 vertices[:] = before
                 self.retreat.go(share, before, self._turn, self._origin, vertices)
             self._all.resolve(vertices)
-            if self._judge.deepest(vertices) <= TOLERATED:
+            if self._all.deepest_of_all(vertices) <= TOLERATED:
                 return
 
     def at(self, setting: Setting) -> Contact:

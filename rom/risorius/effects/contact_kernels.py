@@ -35,6 +35,7 @@ FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
+RELAXATIONS = 2  # of the way from one vertex of a lip to the next, there and back
 BENT = 0.1e-3  # metres behind the plane of a triangle, up to which what is beside its point is in front of the lip
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 
@@ -127,57 +128,51 @@ def gaps_to_teeth(  # type: ignore[no-untyped-def]
 
 @_compiled
 def gaps_to_lips(  # type: ignore[no-untyped-def]
-    x, vertices, which, count, thorough, at, inward, places, triangles, across, planes, sign, gaps, ways
+    x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways
 ):
     """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
-    triangle. A thorough look tries the way from `inward` (l,), too.
+    triangle.
     There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is tissue in between.
     """
     for e in range(count):
         number = which[e]
-        p, t = vertices[number], -1
+        p, t, candidate = vertices[number], at[number], 0
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
-        gaps[number] = FAR
-        nearest, w0, w1, w2, ends = FAR * FAR, 1.0, 0.0, 0.0, False
-        for way in range(2):
-            here, candidate = (at[number] if way == 0 else inward[number]), 0
-            square, u0, u1, u2, begun = FAR * FAR, 1.0, 0.0, 0.0, False
-            for _ in range(LONGEST_WALK):
-                following = -1
-                for k in range(-1, 3):
-                    if k < 0:
-                        if begun:
-                            continue
-                        candidate = here
-                    else:
-                        opposite = u2 if k == 0 else (u0 if k == 1 else u1)
-                        candidate = across[here, k]
-                        if not begun or opposite != 0.0 or candidate < 0:
-                            continue
-                    a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
-                    s, v0, v1, v2 = closest_point(
-                        px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
-                    )
-                    if s < square * (1.0 - 1e-6):
-                        square, following = s, candidate
-                        n0, n1, n2 = v0, v1, v2
-                if following < 0:
-                    break
-                here, begun = following, True
-                u0, u1, u2 = n0, n1, n2
-            if begun and square < nearest * (1.0 - 1e-6):
-                nearest, t, w0, w1, w2, ends = square, here, u0, u1, u2, False
-                for k in range(3):
-                    opposite = u2 if k == 0 else (u0 if k == 1 else u1)
-                    ends = ends or (opposite == 0.0 and across[t, k] < 0)
-            if not thorough:
+        square, w0, w1, w2, begun = FAR * FAR, 1.0, 0.0, 0.0, False
+        for _ in range(LONGEST_WALK):
+            following = -1
+            for k in range(-1, 3):
+                if k < 0:
+                    if begun:
+                        continue
+                    candidate = t
+                else:
+                    opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+                    candidate = across[t, k]
+                    if not begun or opposite != 0.0 or candidate < 0:
+                        continue
+                a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
+                s, v0, v1, v2 = closest_point(
+                    px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+                )
+                if s < square * (1.0 - 1e-6):
+                    square, following = s, candidate
+                    n0, n1, n2 = v0, v1, v2
+            if following < 0:
                 break
-        if t < 0:
+            t, begun = following, True
+            w0, w1, w2 = n0, n1, n2
+        gaps[number] = FAR
+        if not begun:
             continue
         at[number] = t
-        gaps[number] = math.sqrt(nearest)
+        gaps[number] = math.sqrt(square)
+        ends = False
+        for k in range(3):
+            opposite = w2 if k == 0 else (w0 if k == 1 else w1)
+            ends = ends or (opposite == 0.0 and across[t, k] < 0)
         if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
@@ -202,7 +197,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
                 + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
                 + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
-        if side >= 0.0 or nearest >= DEEPEST * DEEPEST:
+        if side >= 0.0 or square >= DEEPEST * DEEPEST:
             continue
         gaps[number] = -gaps[number]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
@@ -261,10 +256,10 @@ def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ign
 
 
 @_compiled
-def _found(x, teeth, lips, patches, patches_of_lips, state, thorough):  # type: ignore[no-untyped-def]
+def _found(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch; return how many points of either kind that is."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
-    vertices, facing, inward, places, triangles, across, planes, sign = lips
+    vertices, facing, places, triangles, across, planes, sign = lips
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     leaders, slack, order, order_starts, control_starts, controls = patches
     leaders_lips, slack_lips, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
@@ -274,36 +269,73 @@ def _found(x, teeth, lips, patches, patches_of_lips, state, thorough):  # type: 
         beyond, turn, origin, gaps, ways,
     )  # fmt: skip
     gaps_to_lips(
-        x, vertices, leaders_lips, len(leaders_lips), thorough, at, inward, places, triangles, across, planes, sign,
-        gaps_lips, ways_lips,
-    )  # fmt: skip
+        x, vertices, leaders_lips, len(leaders_lips), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+    )
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, count, count_lips, state, thorough)
+    _look(x, teeth, lips, count, count_lips, state)
     return count, count_lips
 
 
 @_compiled
-def _look(x, teeth, lips, count, count_lips, state, thorough):  # type: ignore[no-untyped-def]
+def _look(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some of the points."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
-    vertices, facing, inward, places, triangles, across, planes, sign = lips
+    vertices, facing, places, triangles, across, planes, sign = lips
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
         turn, origin, gaps, ways,
     )  # fmt: skip
     gaps_to_lips(
-        x, vertices, which_lips, count_lips, thorough, at, inward, places, triangles, across, planes, sign, gaps_lips,
-        ways_lips,
-    )  # fmt: skip
+        x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+    )
 
 
 @_compiled
-def deepest(x, teeth, lips, patches, patches_of_lips, state, thorough):  # type: ignore[no-untyped-def]
+def deepest(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-untyped-def]
     """Metres that any point of vertices x (n, 3) is in anything; what is less than the patches' slack may be missed."""
-    _found(x, teeth, lips, patches, patches_of_lips, state, thorough)
+    _found(x, teeth, lips, patches, patches_of_lips, state)
     return -min(_smallest(state[3]), _smallest(state[5]))
+
+
+@_compiled
+def _relax(x, lips, neighbour_starts, neighbours, one, at, gaps, ways):  # type: ignore[no-untyped-def]
+    """Find nearer triangles of the other lip where the way downhill has ended before: from those of the neighbours.
+
+    A distance is at most that of a neighbour and as far as it is to there. one (1,) is overwritten.
+    """
+    vertices, facing, places, triangles, across, planes, sign = lips
+    count = len(vertices)
+    for step in range(RELAXATIONS * count):
+        v = step % count if (step // count) % 2 == 0 else count - 1 - step % count
+        p = vertices[v]
+        for e in range(neighbour_starts[v], neighbour_starts[v + 1]):
+            u = neighbours[e]
+            left = abs(gaps[v]) - abs(gaps[u])
+            if not left > 0.0:
+                continue
+            q = vertices[u]
+            a, b, c = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
+            if left * left <= a * a + b * b + c * c:
+                continue
+            gap, triangle = gaps[v], at[v]
+            one[0], at[v] = v, at[u]
+            gaps_to_lips(x, vertices, one, 1, at, places, triangles, across, planes, sign, gaps, ways)
+            if abs(gaps[v]) >= abs(gap):
+                gaps[v], at[v] = gap, triangle
+
+
+@_compiled
+def deepest_of_all(x, teeth, lips, everything, neighbour_starts, neighbours, state):  # type: ignore[no-untyped-def]
+    """Metres that any point of vertices x (n, 3) is in anything, where each is looked at, everything (max(k, l),)."""
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    at[:] = lips[1]
+    which[:], which_lips[:] = everything[: len(which)], everything[: len(which_lips)]
+    _look(x, teeth, lips, len(which), len(which_lips), state)
+    if len(which_lips):
+        _relax(x, lips, neighbour_starts, neighbours, which_lips, at, gaps_lips, ways_lips)
+    return -min(_smallest(gaps), _smallest(gaps_lips))
 
 
 @_compiled
@@ -346,21 +378,21 @@ def deepest_beside(x, teeth, lips, state, seeds, seeds_lips, seed_points, seed_v
     count = _doubtful(x, teeth[0], seeds, seed_points, seed_state[3], which)
     count_lips = _doubtful(x, lips[0], seeds_lips, seed_vertices, seed_state[5], which_lips)
     count_lips = _behind_planes(
-        x, lips[0], seeds_lips, seed_state[0], lips[4], lips[7], which_lips, count_lips, at
+        x, lips[0], seeds_lips, seed_state[0], lips[3], lips[6], which_lips, count_lips, at
     )
-    _look(x, teeth, lips, count, count_lips, state, False)
+    _look(x, teeth, lips, count, count_lips, state)
     return -min(_smallest(gaps), _smallest(gaps_lips))
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state, thorough):  # type: ignore[no-untyped-def]
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps, and metres that a control moved."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     _, _, order, order_starts, control_starts, controls = patches
     _, _, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
     movers, beside_starts, beside, around = opposite
     moved[:] = 0.0
-    count, count_lips = _found(x, teeth, lips, patches, patches_of_lips, state, thorough)
+    count, count_lips = _found(x, teeth, lips, patches, patches_of_lips, state)
     sweeps = 0
     while True:
         if -min(_smallest(gaps), _smallest(gaps_lips)) < (ENOUGH if sweeps < FIRST else LITTLE):
@@ -375,7 +407,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, s
         if sweeps == SWEEPS:
             break
         count, count_lips = below_zero(gaps, which), below_zero(gaps_lips, which_lips)
-        _look(x, teeth, lips, count, count_lips, state, thorough)
+        _look(x, teeth, lips, count, count_lips, state)
     return sweeps, _farthest(moved)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from risorius.effects.contact_kernels import BLOCK, blocks, deepest, deepest_beside, resolve
+from risorius.effects.contact_kernels import BLOCK, blocks, deepest, deepest_beside, deepest_of_all, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
@@ -20,23 +20,22 @@ Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 class ContactLook:
     """Looks at `points` and `vertices`, numbers of those of the tables. Not thread-safe: it owns what it works with.
 
-    thorough: whether more than one way is gone to the nearest point of a lip. turn (3, 3), origin (3,): of the jaw, as it is when it looks. allowed: metres that a depth may be missed by in
+    turn (3, 3), origin (3,): of the jaw, as it is when it looks. allowed: metres that a depth may be missed by in
     `deepest`.
     """
 
     def __init__(
         self, tables: ContactTables, points: Numbers, vertices: Numbers, turn: FloatArray, origin: FloatArray,
-        *, allowed: float = 0.0, thorough: bool = False,
+        allowed: float = 0.0,
     ) -> None:  # fmt: skip
-        t, self._thorough = tables, thorough
+        t = tables
         onset, chosen, facing = t.onset[points], t.vertices[vertices], t.facing[vertices]
         self._teeth = (
             t.points[points], onset, t.away[points], t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
             *_least(t), turn, origin,
         )  # fmt: skip
         self._lips = (
-            chosen, facing, t.inward[vertices], t.places[vertices], t.triangles, t.across, t.planes,
-            float(t.orientation[0]),
+            chosen, facing, t.places[vertices], t.triangles, t.across, t.planes, float(t.orientation[0]),
         )  # fmt: skip
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares
@@ -56,6 +55,8 @@ class ContactLook:
             movers[t.triangles[:, 0]].astype(np.int32), beside.indptr.astype(np.int32),
             beside.indices.astype(np.int32), np.zeros(controls),
         )  # fmt: skip
+        self._everything = np.arange(max(len(points), len(chosen)), dtype=np.int32)
+        self._neighbours = _neighbours(t.triangles, chosen)
         self.moved = np.zeros((controls, 3))
         self._state = (
             facing.copy(), np.zeros(len(points), np.int32), np.zeros(len(chosen), np.int32), np.zeros(len(points)),
@@ -69,14 +70,19 @@ class ContactLook:
         Returns the number of sweeps, and the metres that a control moved at most.
         """
         sweeps, farthest = resolve(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state,
-            self._thorough,
-        )  # fmt: skip
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state
+        )
         return sweeps, farthest
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
-        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._state, self._thorough))
+        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._state))
+
+    def deepest_of_all(self, vertices: npt.NDArray[np.float32]) -> float:
+        """As `deepest`, but each point is looked at, and its neighbours are asked for the way to the other lip."""
+        return float(
+            deepest_of_all(vertices, self._teeth, self._lips, self._everything, *self._neighbours, self._state)
+        )
 
     def deepest_beside(self, vertices: npt.NDArray[np.float32], seeds: Seeds, seen: ContactLook) -> float:
         """As `deepest`, of points beside those that another look has just `seen`."""
@@ -85,6 +91,17 @@ class ContactLook:
                 vertices, self._teeth, self._lips, self._state, *seeds, seen._teeth[0], seen._lips[0], seen._state
             )
         )
+
+
+def _neighbours(triangles: npt.NDArray[np.int32], chosen: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], ...]:
+    """Starts (l + 1,) and numbers of the vertices that share an edge with each of those chosen (l,), among these."""
+    number = np.full(1 + max(triangles.max(initial=0), chosen.max(initial=0)), -1, np.int32)
+    number[chosen] = np.arange(len(chosen))
+    ends = number[np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])]
+    ends = ends[(ends >= 0).all(axis=1)]
+    table = sp.csr_matrix((np.ones(len(ends)), ends.T), shape=(len(chosen),) * 2)
+    table = sp.csr_matrix(table + table.T)
+    return table.indptr.astype(np.int32), table.indices.astype(np.int32)
 
 
 def _least(tables: ContactTables) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:

@@ -37,7 +37,6 @@ TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
 SEEN = 2e-3  # metres from a point that sweeps look at, within which they have seen what is there
-FROM_BORDER = 3e-3  # metres from the border of a lip
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -51,8 +50,7 @@ class ContactTables:
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
     seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps look
     at: its own for those, -1 where none is near.
-    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, inward (l,) the nearest that is well
-    within its lip, places (l, 3) at rest; triangles (t, 3), across
+    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
     -1 where the order of axes turns triangles over.
     """
@@ -69,7 +67,6 @@ class ContactTables:
     transforms: FloatArray
     vertices: npt.NDArray[np.int32]
     facing: npt.NDArray[np.int32]
-    inward: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
     seeds: npt.NDArray[np.int32]
     lip_seeds: npt.NDArray[np.int32]
@@ -112,7 +109,6 @@ class ContactTables:
             transforms=self.transforms if 0 in part.lifts else self.transforms[:0],
             vertices=number[self.vertices[vertices]],
             facing=new[self.facing[vertices]],
-            inward=np.where(whole[self.inward], new[self.inward], new[self.facing])[vertices].astype(np.int32),
             places=self.places[vertices],
             seeds=_left(self.seeds, points),
             lip_seeds=_left(self.lip_seeds, vertices),
@@ -162,7 +158,6 @@ def contact_tables(
         **_of_obstacles(geometry, poses, rest[points], near[:, points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
-        inward=_inward(sheets, rest)[chosen],
         places=rest[sheets.vertices[chosen]],
         seeds=_seeds(rest[points], np.zeros(len(points)), np.searchsorted(points, swept)),
         lip_seeds=_seeds(
@@ -237,21 +232,6 @@ def _thinned(
                 free[tree.query_ball_point(places[number], spacing)] = False
         chosen, spacing = among[kept], 1.1 * spacing
     return np.sort(chosen)
-
-
-def _inward(sheets: LipSheets, rest: npt.NDArray[np.float32]) -> npt.NDArray[np.int32]:
-    """(s,) triangle of the other lip that is nearest at rest among those away from its border; `facing` without one."""
-    ends = np.stack([sheets.triangles, np.roll(sheets.triangles, -1, axis=1)], axis=2)[sheets.across < 0]
-    if not len(ends):
-        return sheets.facing
-    centres = rest[sheets.triangles].mean(axis=1)
-    within = cKDTree(rest[np.unique(ends)]).query(centres)[0] > FROM_BORDER
-    found = sheets.facing.copy()
-    for side in (0, 1):
-        mine, other = np.flatnonzero(sheets.sheet == side), np.flatnonzero(within & (sheets.sheet_of != side))
-        if len(mine) and len(other):
-            found[mine] = other[cKDTree(centres[other]).query(rest[sheets.vertices[mine]])[1]]
-    return found
 
 
 def _of_obstacles(
