@@ -26,7 +26,6 @@ from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
-MANY_SWEEPS, FAR_MOVED = 2, 2.5e-3  # metres; beyond these, every point is looked at, otherwise few
 SHARES = (0.0, 0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 
 
@@ -87,13 +86,13 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        sweeps, moved = self._swept.resolve(vertices)
-        if sweeps > MANY_SWEEPS or moved > FAR_MOVED:
-            deepest = self._all.deepest_of_all(vertices)
-        else:
+        easy = self._swept.resolve(vertices)
+        if easy:
             deepest = max(
                 self._beside.deepest_beside(vertices, self._seeds, self._swept), self._elsewhere.deepest(vertices)
             )
+        else:
+            deepest = self._all.deepest_of_all(vertices)
         if deepest > TOLERATED:
             self._go_back(vertices)
 

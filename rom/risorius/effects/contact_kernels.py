@@ -35,7 +35,6 @@ FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
-RELAXATIONS = 2  # of the way from one vertex of a lip to the next, there and back
 BENT = 0.1e-3  # metres behind the plane of a triangle, up to which what is beside its point is in front of the lip
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 
@@ -300,42 +299,57 @@ def deepest(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no
 
 
 @_compiled
-def _relax(x, lips, neighbour_starts, neighbours, one, at, gaps, ways):  # type: ignore[no-untyped-def]
-    """Find nearer triangles of the other lip where the way downhill has ended before: from those of the neighbours.
+def _search(x, vertices, triangles, starts, candidates, reaches, at, gaps):  # type: ignore[no-untyped-def]
+    """Set `at` (l,) to the nearest of the candidates where that is nearer than the gap (l,) that has been found.
 
-    A distance is at most that of a neighbour and as far as it is to there. one (1,) is overwritten.
+    reaches (t,), of the triangles, is overwritten: metres from the first corner to the farthest.
     """
-    vertices, facing, places, triangles, across, planes, sign = lips
-    count = len(vertices)
-    for step in range(RELAXATIONS * count):
-        v = step % count if (step // count) % 2 == 0 else count - 1 - step % count
-        p = vertices[v]
-        for e in range(neighbour_starts[v], neighbour_starts[v + 1]):
-            u = neighbours[e]
-            left = abs(gaps[v]) - abs(gaps[u])
-            if not left > 0.0:
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        u, v, w = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        square = u * u + v * v + w * w
+        u, v, w = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+        reaches[t] = math.sqrt(max(square, u * u + v * v + w * w))
+    for number in range(len(vertices)):
+        p = vertices[number]
+        px, py, pz, nearest = x[p, 0], x[p, 1], x[p, 2], abs(gaps[number])
+        for e in range(starts[number], starts[number + 1]):
+            t = candidates[e]
+            a, reach = triangles[t, 0], nearest + reaches[t]
+            u, v, w = px - x[a, 0], py - x[a, 1], pz - x[a, 2]
+            if u * u + v * v + w * w > reach * reach:
                 continue
-            q = vertices[u]
-            a, b, c = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
-            if left * left <= a * a + b * b + c * c:
-                continue
-            gap, triangle = gaps[v], at[v]
-            one[0], at[v] = v, at[u]
-            gaps_to_lips(x, vertices, one, 1, at, places, triangles, across, planes, sign, gaps, ways)
-            if abs(gaps[v]) >= abs(gap):
-                gaps[v], at[v] = gap, triangle
+            b, c = triangles[t, 1], triangles[t, 2]
+            square = closest_point(
+                px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+            )[0]
+            if square < nearest * nearest * (1.0 - 1e-6):
+                at[number], nearest = t, math.sqrt(square)
 
 
 @_compiled
-def deepest_of_all(x, teeth, lips, everything, neighbour_starts, neighbours, state):  # type: ignore[no-untyped-def]
-    """Metres that any point of vertices x (n, 3) is in anything, where each is looked at, everything (max(k, l),)."""
+def deepest_of_all(x, teeth, lips, everything, starts, candidates, reaches, state):  # type: ignore[no-untyped-def]
+    """Metres that any point of vertices x (n, 3) is in anything, where each is looked at, everything (max(k, l),).
+
+    candidates: triangles that may be the nearest of some vertices, starts (l + 1,), wherever the way downhill ends.
+    """
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     at[:] = lips[1]
     which[:], which_lips[:] = everything[: len(which)], everything[: len(which_lips)]
     _look(x, teeth, lips, len(which), len(which_lips), state)
-    if len(which_lips):
-        _relax(x, lips, neighbour_starts, neighbours, which_lips, at, gaps_lips, ways_lips)
+    _search(x, lips[0], lips[3], starts, candidates, reaches, at, gaps_lips)
+    _look(x, teeth, lips, 0, _with_candidates(starts, which_lips), state)
     return -min(_smallest(gaps), _smallest(gaps_lips))
+
+
+@_compiled
+def _with_candidates(starts, which):  # type: ignore[no-untyped-def]
+    found = 0
+    for number in range(len(starts) - 1):
+        if starts[number + 1] > starts[number]:
+            which[found] = number
+            found += 1
+    return found
 
 
 @_compiled
@@ -386,7 +400,7 @@ def deepest_beside(x, teeth, lips, state, seeds, seeds_lips, seed_points, seed_v
 
 @_compiled
 def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps, and metres that a control moved."""
+    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
     _, _, order, order_starts, control_starts, controls = patches
     _, _, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
@@ -408,12 +422,13 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, s
             break
         count, count_lips = below_zero(gaps, which), below_zero(gaps_lips, which_lips)
         _look(x, teeth, lips, count, count_lips, state)
-    return sweeps, _farthest(moved)
+    return sweeps
 
 
 @_compiled
-def _farthest(moved):  # type: ignore[no-untyped-def]
+def farthest(moved, some):  # type: ignore[no-untyped-def]
+    """Metres that any of some controls has moved, of moved (c, 3)."""
     square = 0.0
-    for control in range(len(moved)):
+    for control in some:
         square = max(square, moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2)
     return math.sqrt(square)

@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from risorius.effects.contact_kernels import BLOCK, blocks, deepest, deepest_beside, deepest_of_all, resolve
+from risorius.effects.contact_kernels import SWEEPS, BLOCK, blocks, deepest, deepest_beside, deepest_of_all, farthest, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 
+FAR_MOVED = 2.5e-3  # metres: what has moved farther at a corner of the mouth may have got to where no way downhill tells
+OF_CORNER = 0.3  # largest share of a vertex there in a control of the corner
 Numbers = npt.NDArray[np.integer]
 Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
@@ -56,7 +58,9 @@ class ContactLook:
             beside.indices.astype(np.int32), np.zeros(controls),
         )  # fmt: skip
         self._everything = np.arange(max(len(points), len(chosen)), dtype=np.int32)
-        self._neighbours = _neighbours(t.triangles, chosen)
+        self._candidates = *_rows(t.candidate_starts, t.candidates, vertices), np.zeros(len(t.triangles))
+        at_corners = t.vertices[np.diff(t.candidate_starts) > 0]
+        self._corners = np.flatnonzero(rows[at_corners].max(axis=0).toarray().ravel() > OF_CORNER) if len(at_corners) else np.zeros(0, np.int64)
         self.moved = np.zeros((controls, 3))
         self._state = (
             facing.copy(), np.zeros(len(points), np.int32), np.zeros(len(chosen), np.int32), np.zeros(len(points)),
@@ -64,24 +68,24 @@ class ContactLook:
             np.zeros(controls), self.moved, np.zeros(controls),
         )  # fmt: skip
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> tuple[int, float]:
+    def resolve(self, vertices: npt.NDArray[np.float32]) -> bool:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        Returns the number of sweeps, and the metres that a control moved at most.
+        Returns whether that took fewer sweeps than there may be, and no control at a corner of the mouth moved far.
         """
-        sweeps, farthest = resolve(
+        sweeps = resolve(
             vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state
         )
-        return sweeps, farthest
+        return bool(sweeps < SWEEPS and farthest(self.moved, self._corners) < FAR_MOVED)
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
         return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._state))
 
     def deepest_of_all(self, vertices: npt.NDArray[np.float32]) -> float:
-        """As `deepest`, but each point is looked at, and its neighbours are asked for the way to the other lip."""
+        """As `deepest`, but each point is looked at, and at corners of the mouth all of the other lip."""
         return float(
-            deepest_of_all(vertices, self._teeth, self._lips, self._everything, *self._neighbours, self._state)
+            deepest_of_all(vertices, self._teeth, self._lips, self._everything, *self._candidates, self._state)
         )
 
     def deepest_beside(self, vertices: npt.NDArray[np.float32], seeds: Seeds, seen: ContactLook) -> float:
@@ -93,15 +97,10 @@ class ContactLook:
         )
 
 
-def _neighbours(triangles: npt.NDArray[np.int32], chosen: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], ...]:
-    """Starts (l + 1,) and numbers of the vertices that share an edge with each of those chosen (l,), among these."""
-    number = np.full(1 + max(triangles.max(initial=0), chosen.max(initial=0)), -1, np.int32)
-    number[chosen] = np.arange(len(chosen))
-    ends = number[np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])]
-    ends = ends[(ends >= 0).all(axis=1)]
-    table = sp.csr_matrix((np.ones(len(ends)), ends.T), shape=(len(chosen),) * 2)
-    table = sp.csr_matrix(table + table.T)
-    return table.indptr.astype(np.int32), table.indices.astype(np.int32)
+def _rows(starts: npt.NDArray[np.int32], entries: npt.NDArray[np.int32], rows: Numbers) -> tuple[npt.NDArray[Any], ...]:
+    """Starts and entries of some rows."""
+    table = [entries[starts[row] : starts[row + 1]] for row in rows]
+    return np.cumsum([0, *map(len, table)]).astype(np.int32), np.concatenate([entries[:0], *table])
 
 
 def _least(tables: ContactTables) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:

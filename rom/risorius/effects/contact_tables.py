@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets
+from risorius.lip_sheets import LipSheets, edge_lengths
 from risorius.normals import vertex_normals
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
@@ -37,6 +38,7 @@ TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
 SEEN = 2e-3  # metres from a point that sweeps look at, within which they have seen what is there
+CORNER, AROUND = 6e-3, 8e-3  # metres along the surface from the other lip; from what may be nearest there
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -50,7 +52,8 @@ class ContactTables:
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
     seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps look
     at: its own for those, -1 where none is near.
-    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
+    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, candidates: triangles that may be the nearest
+    of vertices at corners of the mouth, candidate_starts (l + 1,); places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
     -1 where the order of axes turns triangles over.
     """
@@ -67,6 +70,8 @@ class ContactTables:
     transforms: FloatArray
     vertices: npt.NDArray[np.int32]
     facing: npt.NDArray[np.int32]
+    candidate_starts: npt.NDArray[np.int32]
+    candidates: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
     seeds: npt.NDArray[np.int32]
     lip_seeds: npt.NDArray[np.int32]
@@ -109,6 +114,7 @@ class ContactTables:
             transforms=self.transforms if 0 in part.lifts else self.transforms[:0],
             vertices=number[self.vertices[vertices]],
             facing=new[self.facing[vertices]],
+            **self._candidates_within(vertices, new),
             places=self.places[vertices],
             seeds=_left(self.seeds, points),
             lip_seeds=_left(self.lip_seeds, vertices),
@@ -117,6 +123,12 @@ class ContactTables:
             planes=self.planes[whole],
             **_shares(rows[part.vertices]),
         )
+
+    def _candidates_within(self, vertices: npt.NDArray[np.bool_], new: npt.NDArray[np.int32]) -> dict[str, Any]:
+        shape = len(self.vertices), len(self.triangles)
+        ones = np.ones(len(self.candidates), np.int8)
+        table = sp.csr_matrix((ones, self.candidates, self.candidate_starts), shape=shape)[vertices][:, new >= 0]
+        return _candidate_table(sp.csr_matrix(table))
 
     def in_axes(self, order: tuple[int, int, int]) -> ContactTables:
         """Tables for vertices whose components are in another order."""
@@ -145,6 +157,7 @@ def contact_tables(
     """Tables for a surface at rest (n, 3), triangles (m, 3); what comes near nothing in any frame is left out."""
     sheets = LipSheets.of(geometry.seam, rest, triangles)
     reached, near, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
+    near[:, sheets.vertices] = True
     normals = vertex_normals(rest, triangles).astype(np.float64)
     swept = _thinned(rest, normals, np.flatnonzero(reached.any(axis=0)), MOST_SWEPT)
     points = np.union1d(swept, _thinned(rest, normals, np.flatnonzero(near.any(axis=0)), MOST_POINTS))
@@ -158,6 +171,7 @@ def contact_tables(
         **_of_obstacles(geometry, poses, rest[points], near[:, points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
+        **_candidates(sheets, rest, triangles, chosen),
         places=rest[sheets.vertices[chosen]],
         seeds=_seeds(rest[points], np.zeros(len(points)), np.searchsorted(points, swept)),
         lip_seeds=_seeds(
@@ -232,6 +246,28 @@ def _thinned(
                 free[tree.query_ball_point(places[number], spacing)] = False
         chosen, spacing = among[kept], 1.1 * spacing
     return np.sort(chosen)
+
+
+def _candidates(
+    sheets: LipSheets, rest: npt.NDArray[np.float32], triangles: npt.NDArray[np.int32], chosen: npt.NDArray[np.integer]
+) -> dict[str, Any]:
+    """Triangles of the other lip around each of the chosen vertices (l,) that lie at a corner of the mouth."""
+    graph, centres = edge_lengths(rest.astype(np.float64), triangles), rest[sheets.triangles].mean(axis=1)
+    table = sp.lil_matrix((len(chosen), len(sheets.triangles)), dtype=np.int8)
+    for side in (0, 1):
+        other = np.flatnonzero(sheets.sheet_of != side)
+        if not len(other):
+            continue
+        away = dijkstra(graph, directed=False, indices=np.unique(sheets.triangles[other]), limit=CORNER, min_only=True)
+        mine = np.flatnonzero((sheets.sheet[chosen] == side) & (away[sheets.vertices[chosen]] < np.inf))
+        near = cKDTree(centres[other]).query_ball_point(rest[sheets.vertices[chosen[mine]]], AROUND)
+        for row, found in zip(mine, near, strict=True):
+            table[row, other[found]] = 1
+    return _candidate_table(sp.csr_matrix(table))
+
+
+def _candidate_table(table: sp.csr_matrix) -> dict[str, Any]:
+    return {"candidate_starts": table.indptr.astype(np.int32), "candidates": table.indices.astype(np.int32)}
 
 
 def _of_obstacles(
