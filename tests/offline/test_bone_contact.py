@@ -152,7 +152,7 @@ def touched_block():
     tooth = box_surface((-0.006, 0.004, 0.004), (-0.0004, 0.016, 0.016))
     contact = BoneContact(replace(tissue_block(), bones={"jaw": jaw, "maxilla": tooth}))
     contact.set_parameters(np.array([0.1, 0.4, -0.3]))
-    u = 4e-4 * np.random.default_rng(2).normal(size=(125, 3)) - [5e-4, 0.0, 1.5e-3]
+    u = 4e-4 * np.random.default_rng(2).normal(size=(125, 3)) - [5e-4, 0.0, 2e-3]
     return contact, u
 
 
@@ -194,7 +194,7 @@ def test_nodes_carried_along_with_the_jaw_keep_their_gaps_and_forces_turn_along(
     jaw = sphere_surface(0.008, (0.004, 0.006, -0.0082), 16)
     anatomy = replace(tissue_block(), bones={"jaw": jaw})
     contact, motion = BoneContact(anatomy), anatomy.jaw_motion
-    local = 4e-4 * np.random.default_rng(5).normal(size=anatomy.points.shape)
+    local = 4e-4 * np.random.default_rng(5).normal(size=anatomy.points.shape) - [0.0, 0.0, 5e-4]
     x = anatomy.points + local
     before, after = np.zeros_like(x), np.zeros_like(x)
     gaps, energy = contact.gaps(local), contact.add_forces(local, before)
@@ -334,6 +334,35 @@ def test_sphere_on_a_layer_follows_hertz_with_the_correction_for_its_thickness()
     series += 16 * a / np.pi**4 * (a**3 + 3 * np.pi**2 / 5 * b) * x**4
     hertz = 4 / 3 * 15e3 / (1 - poisson**2) * np.sqrt(radius) * indentation**1.5
     assert forces[:, 2].sum() == pytest.approx(hertz * series, rel=0.05)
+
+
+def ridged_bone(height):
+    """A 40 mm thick bone whose top at z = 0 has ridges along y, 5 mm apart."""
+    points, cells = box("hexahedron", (24, 1, 1), (0.06, 0.06, 0.04))
+    ridge = np.isclose(points[:, 2], 0.04) & (np.rint(points[:, 0] / 2.5e-3) % 2 == 1)
+    points = points - [0.02, 0.02, 0.04]
+    points[ridge, 2] += height
+    return Surface(points, as_triangles(boundary_faces([cells]), points))
+
+
+def test_ridges_finer_than_the_mesh_do_not_hold_a_node_that_slides():
+    """Nodes and ridges are 5 mm apart: what holds one node holds all of them."""
+    bone = ridged_bone(3e-4)
+    contact = BoneContact(replace(tissue_block(), bones={"maxilla": bone}))
+    slid = np.linspace(0.0, 5e-3, 41)
+    node = np.flatnonzero(np.isclose(contact._rest, [0.01, 0.01, 0.0]).all(axis=1))[0]
+    gaps = [contact.gaps(np.full((125, 3), [s, 0.0, -1e-4]))[node] for s in slid]
+    bare = SignedDistance.of(bone).values(np.column_stack([0.01 + slid, np.full(41, 0.01), np.full(41, 2e-4)]))
+    assert np.ptp(bare) > 1e-4
+    assert np.ptp(gaps) < 0.1 * np.ptp(bare)
+
+
+def test_a_bone_thinner_than_the_mesh_stays_where_it_is():
+    plate = box_surface((-0.03, -0.03, -5e-3), (0.05, 0.05, -1e-3))
+    contact = BoneContact(replace(tissue_block(), bones={"maxilla": plate}))
+    below = np.isclose(contact._rest[:, 2], 0.0)
+    u = np.full((125, 3), [0.0, 0.0, -0.9e-3])
+    np.testing.assert_allclose(contact.gaps(u)[below], 1e-4, atol=1e-5)
 
 
 def test_published_face_at_rest_is_free_of_contact_forces_although_it_cuts_its_bones(published_face):

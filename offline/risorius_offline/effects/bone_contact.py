@@ -15,7 +15,7 @@ import numpy as np
 from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.mechanics.one_sided import OneSidedSprings
-from risorius_offline.anatomy.anatomy import Anatomy
+from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.anatomy.folder import JAW_BONE
 from risorius_offline.anatomy.surface import boundary_faces
 from risorius_offline.discretisation import IntArray
@@ -24,6 +24,8 @@ from risorius_offline.effects.signed_distance import SignedDistance
 
 # A node deeper in a bone at rest is part of the mesh's rim inside the skull, and has no contact with that bone.
 DEEPEST_AT_REST = 1e-3
+# Nodes that start nearer to a bone than this slide on it; the bone is smoothed over the distance between them.
+SLIDES_WITHIN = 3e-3
 # No step takes a node farther into a bone than this: less than half a tooth, so that it comes out where it went in.
 LARGEST_APPROACH = 2e-3
 
@@ -157,11 +159,14 @@ class BoneContact:
 
     def _bone(self, anatomy: Anatomy, name: str) -> _Bone:
         try:
-            distance = SignedDistance.of(anatomy.bones[name])
+            exact = SignedDistance.of(anatomy.bones[name])
         except InputError as error:
             raise InputError(f"bone {name!r}: {error}") from error
-        at_rest = distance.values(self._rest)
-        onset = np.where(at_rest < -DEEPEST_AT_REST, -np.inf, np.minimum(at_rest, self._tolerance))
+        at_rest = exact.values(self._rest)
+        inside = at_rest < -DEEPEST_AT_REST
+        apart = np.sqrt(self.areas[~inside & (at_rest < SLIDES_WITHIN)])
+        distance = _smoothed(anatomy.bones[name], exact, float(np.median(apart)) if apart.size else 0.0)
+        onset = np.where(inside, -np.inf, np.minimum(distance.values(self._rest), self._tolerance))
         return _Bone(distance, onset, name == JAW_BONE)
 
     def _pose(self, bone: _Bone) -> _Pose:
@@ -191,6 +196,19 @@ class BoneContact:
 
     def _energy(self, areas: FloatArray, overlap: FloatArray) -> float:
         return self._pressure / (3.0 * self._tolerance**2) * float(areas @ overlap**3)
+
+
+def _smoothed(surface: Surface, exact: SignedDistance, spacing: float) -> SignedDistance:
+    """Distance smoothed over a spacing in metres, or over what a bone is thick enough for.
+
+    The splines at the surface reach two spacings deep, where a thin bone has its other side.
+    """
+    while spacing > exact.spacing:
+        distance = SignedDistance.of(surface, spacing)
+        if -distance.coefficients.min() >= 2.0 * spacing:
+            return distance
+        spacing /= 2.0
+    return exact
 
 
 def _nodal_areas(anatomy: Anatomy) -> FloatArray:

@@ -2,8 +2,8 @@
 
 The distance itself has kinks: beside edges outside, on the medial axis inside. Here its samples are the coefficients of
 the splines, not their values. That smooths it over about the spacing h: planes are exact, a sphere of radius R recedes
-by h^2 / (3 R), nothing overshoots. Teeth keep their shape; bumps finer than the tissue's mesh, into which single nodes
-would fall, vanish. So tissue slides, and Newton's method converges.
+by h^2 / (3 R), nothing overshoots. With the spacing of the nodes that slide on it, bumps finer than the tissue's mesh,
+into which single nodes would fall, vanish: tissue slides, and Newton's method converges.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from risorius_offline.effects.triangle_distance import signed_distances
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
+# Grid cells to either side of the surface in which the distance is exact.
+BAND = 4
 # Grid cells between the band and the end of the grid: the spline ends at the band's width, as it goes on beyond.
 MARGIN = 4
 
@@ -37,11 +39,12 @@ class SignedDistance:
     coefficients: FloatArray
 
     @classmethod
-    def of(cls, surface: Surface, spacing: float = 1.5e-3, band: float = 6e-3) -> SignedDistance:
+    def of(cls, surface: Surface, spacing: float = 1.5e-3) -> SignedDistance:
         """Distance to a surface, which may be open; raises InputError for one whose sides cannot be told.
 
         The grid lies about the middle of the surface: mirror images have distances that are mirror images.
         """
+        band = BAND * spacing
         low, high = surface.points.min(axis=0), surface.points.max(axis=0)
         nx, ny, nz = (int(n) + 2 for n in (high - low + 2.0 * (band + MARGIN * spacing)) / spacing)
         origin = 0.5 * (low + high) - 0.5 * spacing * (np.array([nx, ny, nz]) - 1)
