@@ -26,7 +26,7 @@ from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
-SHARES = (0.0, 0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
+SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 
 
 class Contact:
@@ -87,24 +87,25 @@ class Contact:
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
         easy = self._swept.resolve(vertices)
-        if easy:
-            deepest = max(
-                self._beside.deepest_beside(vertices, self._seeds, self._swept), self._elsewhere.deepest(vertices)
-            )
-        else:
-            deepest = self._all.deepest_of_all(vertices)
-        if deepest > TOLERATED:
+        if not self._clear(vertices, thoroughly=not easy):
             self._go_back(vertices)
 
+    def _clear(self, vertices: npt.NDArray[np.float32], thoroughly: bool) -> bool:
+        """Whether nothing is too deep in anything, beside and beyond what sweeps have just looked at."""
+        if self._beside.deepest_beside(vertices, self._seeds, self._swept) > TOLERATED:
+            return False
+        if self._elsewhere.deepest(vertices) > TOLERATED:
+            return False
+        return not (thoroughly and self._all.deepest_of_all(vertices) > TOLERATED)
+
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Look at every point, and let the mouth go back as little of the way as leaves nothing too deep."""
+        """Let the mouth go back as little of the way as leaves nothing too deep."""
         before = vertices - (self._rows @ self._swept.moved).astype(np.float32)
         for share in SHARES:
-            if share:
-                vertices[:] = before
-                self.retreat.go(share, before, self._turn, self._origin, vertices)
-            self._all.resolve(vertices)
-            if self._all.deepest_of_all(vertices) <= TOLERATED:
+            vertices[:] = before
+            self.retreat.go(share, before, self._turn, self._origin, vertices)
+            self._swept.resolve(vertices)
+            if self._clear(vertices, thoroughly=True):
                 return
 
     def at(self, setting: Setting) -> Contact:
