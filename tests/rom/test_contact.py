@@ -1,5 +1,7 @@
 """Contact on surfaces whose depth in what they touch is known exactly: a sheet on a ball, and two sheets that face."""
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -7,10 +9,11 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH
+from risorius.effects.contact_kernels import ENOUGH, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_steps
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
+from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
 from risorius.errors import InputError
 from risorius.jaw import JawMotion
@@ -47,12 +50,20 @@ def sheet(height):
     )
 
 
+def contact_of(geometry, rest, triangles, pressed):
+    """Contact of a surface that in its only frame of training is `pressed`; the jaw takes no tissue with it."""
+    rest, poses = rest.astype(np.float32), Poses(JAW_MOTION)
+    tables = contact_tables(geometry, poses, rest, triangles, [(AT_REST, pressed)])
+    touching = np.union1d(tables.points, tables.vertices)
+    retreat = Retreat.of(geometry, poses, np.zeros((4, len(rest), 3)), rest, triangles, touching)
+    return Contact(tables, retreat, geometry, 5)
+
+
 def on_ball(moves_with=SKULL):
     """Contact of a sheet that lies 1 mm off a ball at rest."""
     rest, triangles = sheet(BALL + 1e-3)
     geometry = ContactGeometry({"ball": ball(moves_with)}, NO_SEAM)
-    tables = contact_tables(geometry, Poses(JAW_MOTION), rest, triangles, [(AT_REST, rest - [0.0, 0.0, 3e-3])])
-    return Contact(tables, geometry, 5), rest.astype(np.float32)
+    return contact_of(geometry, rest, triangles, rest - [0.0, 0.0, 3e-3]), rest.astype(np.float32)
 
 
 def pressed(rest, depth):
@@ -94,9 +105,8 @@ def test_a_face_that_touches_nothing_stays_as_it_is_bit_for_bit():
 
 
 def test_skin_that_nothing_comes_near_costs_no_points():
-    rest, triangles = sheet(BALL + 4e-3)
-    geometry = ContactGeometry({"ball": ball()}, NO_SEAM)
-    contact = Contact(contact_tables(geometry, Poses(JAW_MOTION), rest, triangles, [(AT_REST, rest)]), geometry, 5)
+    rest, triangles = sheet(BALL + 7e-3)
+    contact = contact_of(ContactGeometry({"ball": ball()}, NO_SEAM), rest, triangles, rest)
     assert (len(contact.tables.points), len(contact.tables.vertices)) == (0, 0)
     contact.finish(AT_REST, rest)
 
@@ -181,8 +191,7 @@ def lips(gap=1e-3):
     seam = np.concatenate([np.column_stack([triangles[inner, 0], above[inner]]),
                            np.column_stack([triangles[inner, 0] + len(flat), below[inner]])])  # fmt: skip
     geometry = ContactGeometry({}, seam)
-    frames = [(AT_REST, closed(rest, 2e-3, gap))]
-    return Contact(contact_tables(geometry, Poses(JAW_MOTION), rest, all_triangles, frames), geometry, 5), rest
+    return contact_of(geometry, rest, all_triangles, closed(rest, 2e-3, gap)), rest
 
 
 def closed(rest, overlap, gap=1e-3):
@@ -246,12 +255,13 @@ def test_scene_asks_for_contact_of_a_model_that_has_it(synthetic_model):
 def test_what_is_not_looked_at_touches_nothing(depth):
     """Bounds from leaders, and from steps of the controls, are at most the distance from the ball."""
     contact, rest = on_ball()
-    points = contact.tables.points
-    gaps, steps = contact._state[3], contact._state[10]
-    order, starts, control_starts, controls = contact._patches[0][2:]
+    look = contact._swept
+    points = look._teeth[0]
+    gaps, steps = look._state[3], look._state[10]
+    order, starts, control_starts, controls = look._patches[0][2:]
     vertices = pressed(rest, depth)
     x = vertices.copy()
-    leaders = contact._patches[0][0]
+    leaders = look._patches[0][0]
     gaps[leaders] = -depths(x)[points[leaders]]
     which = np.zeros(len(points), np.int32)
     count = beyond_leaders(x, points, order, starts, np.zeros(len(points)), 1.0, gaps, which)
@@ -260,7 +270,7 @@ def test_what_is_not_looked_at_touches_nothing(depth):
     assert len(clear) > (0 if depth > 0.0 else 0.5 * len(points))
 
     gaps[:] = -depths(x)[points]
-    rng, shares = np.random.default_rng(2), contact._rows
+    rng, shares = np.random.default_rng(2), look._rows
     steps[:] = 1e-3 * rng.random(len(steps)) * (rng.random(len(steps)) < 0.3)
     towards = steps[:, None] * [0.0, 0.0, -1.0]
     for point in points:
@@ -268,3 +278,64 @@ def test_what_is_not_looked_at_touches_nothing(depth):
         x[point] += shares[2][entries] @ towards[shares[1][entries]]
     take_off_steps(order, starts, control_starts, controls, steps, gaps)
     assert (gaps <= -depths(x)[points] + 1e-7).all()
+
+
+def test_skin_deeper_than_sweeps_can_mend_goes_back_as_far_as_it_has_to():
+    """Sweeps move nothing by more than 8 mm: a sheet 12 mm in a ball comes out by going back, too."""
+    contact, rest = on_ball()
+    vertices = pressed(rest, 12e-3)
+    contact.finish(AT_REST, vertices)
+    assert depths(vertices).max() < TOLERATED + 0.05e-3
+    moved = vertices[:, 2] - pressed(rest, 12e-3)[:, 2]
+    assert moved.max() < 13.5e-3
+    assert moved.max() > 8e-3
+
+
+def test_a_mouth_goes_back_to_rest_with_the_lower_lip_on_the_jaw():
+    contact, rest = lips()
+    retreat = contact.retreat
+    turn, origin = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]]), np.array([0.0, -2e-3, 1e-3])
+    before = (rest + 5e-3).astype(np.float32)
+    none, all_of_it = before.copy(), before.copy()
+    retreat.go(0.0, before, turn, origin, none)
+    np.testing.assert_array_equal(none, before)
+    retreat.go(1.0, before, turn, origin, all_of_it)
+    touching = np.intersect1d(retreat.vertices[retreat.most == 1.0], contact.tables.vertices)
+    np.testing.assert_allclose(all_of_it[touching], rest[touching], atol=1e-7)  # no tissue goes with this jaw
+    carried = replace(retreat, carried=np.ones_like(retreat.carried))
+    carried.go(1.0, before, turn, origin, all_of_it)
+    np.testing.assert_allclose(all_of_it[touching], rest[touching] @ turn.T + origin, atol=1e-7)
+
+
+def test_lower_lip_goes_with_the_jaw_the_upper_one_stays():
+    """Sheets that elastic tissue would take half of the way."""
+    geometry = lips()[0].geometry
+    rest, triangles = lips()[1], np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    half = 0.5 * JAW_MOTION.unit_motions(rest.astype(np.float64))
+    retreat = Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest)))
+    middle = np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3
+    upper = rest[:, 1] > 0.0
+    np.testing.assert_allclose(retreat.carried[middle & upper], 0.0, atol=1e-6)
+    np.testing.assert_allclose(retreat.carried[middle & ~upper], 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("depth", [0.1e-3, 0.6e-3, 2e-3])
+def test_depth_that_sweeps_have_left_is_seen(depth):
+    """The deepest of all points, looked at one by one, is what the ball has it to be."""
+    contact, rest = on_ball()
+    vertices = pressed(rest, depth)
+    assert contact._all.deepest_of_all(vertices) == pytest.approx(depth, abs=0.03e-3)
+
+
+def test_blocks_of_the_grid_never_hide_contact():
+    """Gaps with and without the blocks' least distances, CLEAR of everything or not, have the same sign."""
+    contact, rest = on_ball()
+    rng = np.random.default_rng(4)
+    look = contact._all
+    for _ in range(5):
+        vertices = (rest + rng.uniform(-4e-3, 4e-3, 3)).astype(np.float32)
+        look.deepest_of_all(vertices)
+        gaps, points = look._state[3], look._teeth[0]
+        exact = -depths(vertices)[points]
+        assert ((gaps < 0.0) == (exact < -0.05e-3))[np.abs(exact) > 0.1e-3].all()
+        assert (gaps < exact + 0.1e-3)[exact > 0.0].all()

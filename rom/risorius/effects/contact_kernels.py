@@ -132,8 +132,8 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
     """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
-    triangle.
-    There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is tissue in between.
+    triangle. There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is
+    tissue in between.
     """
     for e in range(count):
         number = which[e]
@@ -259,9 +259,9 @@ def _found(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-
     """Look at all that may touch; return how many points of either kind that is."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
     vertices, facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
-    leaders, slack, order, order_starts, control_starts, controls = patches
-    leaders_lips, slack_lips, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _steps = state
+    leaders, slack, order, order_starts, _control_starts, _controls = patches
+    leaders_lips, slack_lips, order_lips, starts_lips, _control_starts_lips, _controls_lips = patches_of_lips
     at[:] = facing
     gaps_to_teeth(
         x, points, leaders, len(leaders), onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts,
@@ -280,15 +280,13 @@ def _found(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-
 def _look(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some of the points."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
-    vertices, facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    vertices, _facing, places, triangles, across, planes, sign = lips
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _steps = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
         turn, origin, gaps, ways,
     )  # fmt: skip
-    gaps_to_lips(
-        x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
-    )
+    gaps_to_lips(x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips)
 
 
 @_compiled
@@ -333,7 +331,7 @@ def deepest_of_all(x, teeth, lips, everything, starts, candidates, reaches, stat
 
     candidates: triangles that may be the nearest of some vertices, starts (l + 1,), wherever the way downhill ends.
     """
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _steps = state
     at[:] = lips[1]
     which[:], which_lips[:] = everything[: len(which)], everything[: len(which_lips)]
     _look(x, teeth, lips, len(which), len(which_lips), state)
@@ -387,13 +385,11 @@ def _behind_planes(x, vertices, seeds, seed_at, triangles, sign, which, count, a
 @_compiled
 def deepest_beside(x, teeth, lips, state, seeds, seeds_lips, seed_points, seed_vertices, seed_state):  # type: ignore[no-untyped-def]
     """Metres that points are in anything which lie beside others, their seeds, that have just been looked at."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
+    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _steps = state
     gaps[:], gaps_lips[:] = APART, APART
     count = _doubtful(x, teeth[0], seeds, seed_points, seed_state[3], which)
     count_lips = _doubtful(x, lips[0], seeds_lips, seed_vertices, seed_state[5], which_lips)
-    count_lips = _behind_planes(
-        x, lips[0], seeds_lips, seed_state[0], lips[3], lips[6], which_lips, count_lips, at
-    )
+    count_lips = _behind_planes(x, lips[0], seeds_lips, seed_state[0], lips[3], lips[6], which_lips, count_lips, at)
     _look(x, teeth, lips, count, count_lips, state)
     return -min(_smallest(gaps), _smallest(gaps_lips))
 

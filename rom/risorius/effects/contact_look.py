@@ -8,12 +8,23 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from risorius.effects.contact_kernels import SWEEPS, BLOCK, blocks, deepest, deepest_beside, deepest_of_all, farthest, resolve
+from risorius.effects.contact_kernels import (
+    BLOCK,
+    SWEEPS,
+    blocks,
+    deepest,
+    deepest_beside,
+    deepest_of_all,
+    farthest,
+    resolve,
+)
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 
-FAR_MOVED = 2.5e-3  # metres: what has moved farther at a corner of the mouth may have got to where no way downhill tells
+FAR_MOVED = (
+    2.5e-3  # metres: what has moved farther at a corner of the mouth may have got to where no way downhill tells
+)
 OF_CORNER = 0.3  # largest share of a vertex there in a control of the corner
 Numbers = npt.NDArray[np.integer]
 Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
@@ -59,8 +70,8 @@ class ContactLook:
         )  # fmt: skip
         self._everything = np.arange(max(len(points), len(chosen)), dtype=np.int32)
         self._candidates = *_rows(t.candidate_starts, t.candidates, vertices), np.zeros(len(t.triangles))
-        at_corners = t.vertices[np.diff(t.candidate_starts) > 0]
-        self._corners = np.flatnonzero(rows[at_corners].max(axis=0).toarray().ravel() > OF_CORNER) if len(at_corners) else np.zeros(0, np.int64)
+        corners = rows[t.vertices[np.diff(t.candidate_starts) > 0]]
+        self._corners = np.unique(corners.indices[corners.data > OF_CORNER])
         self.moved = np.zeros((controls, 3))
         self._state = (
             facing.copy(), np.zeros(len(points), np.int32), np.zeros(len(chosen), np.int32), np.zeros(len(points)),

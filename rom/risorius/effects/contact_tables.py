@@ -50,8 +50,8 @@ class ContactTables:
     Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below
     -1 m where there is none; away (k, o, 3): the way out at rest. Obstacles: distances (all grids, flat), starts (o,),
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
-    seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps look
-    at: its own for those, -1 where none is near.
+    seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps
+    look at: its own for those, -1 where none is near.
     Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, candidates: triangles that may be the nearest
     of vertices at corners of the mouth, candidate_starts (l + 1,); places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
@@ -195,8 +195,10 @@ def frames_of(snapshots: SnapshotSet) -> Frames:
 
 
 def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], ...]:
-    """Vertices (o, n) that come within REACHED, and within NEAR, of an obstacle; (s,) of the lips that meet the other."""
-    seen = [(measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices)) for lifts, vertices in frames]
+    """Vertices (o, n) that come within REACHED and within NEAR of an obstacle, and (s,) of lips that meet the other."""
+    seen = [
+        (measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices)) for lifts, vertices in frames
+    ]
     deepest, met = (np.max(depths, axis=0) for depths in zip(*seen, strict=True))
     return deepest > -REACHED, deepest > -NEAR, met > 0.0
 
@@ -207,9 +209,7 @@ def _left(numbers: npt.NDArray[np.int32], kept: npt.NDArray[np.bool_]) -> npt.ND
     return np.asarray(new[numbers[kept]], dtype=np.int32)
 
 
-def _seeds(
-    places: npt.NDArray[np.float32], side: FloatArray, swept: npt.NDArray[np.integer]
-) -> npt.NDArray[np.int32]:
+def _seeds(places: npt.NDArray[np.float32], side: FloatArray, swept: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
     """(k,) number of the nearest swept one on the same side, -1 where none is within SEEN of it."""
     seeds = np.full(len(places), -1, np.int32)
     if len(swept):

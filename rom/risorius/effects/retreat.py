@@ -110,8 +110,8 @@ def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> Float
     lifts = poses.jaw.lift_coordinates([OPENING, 0.0, 0.0])
     rigid = np.tensordot(lifts, poses.jaw.unit_motions(points), axes=1)
     followed = np.tensordot(lifts, lift_fields[: len(lifts)], axes=1)
-    share: FloatArray = np.einsum("ni,ni->n", followed, rigid) / np.einsum("ni,ni->n", rigid, rigid)
-    return np.clip(share, 0.0, 1.0)
+    size = np.maximum(np.einsum("ni,ni->n", rigid, rigid), np.finfo(float).tiny)
+    return np.clip(np.einsum("ni,ni->n", followed, rigid) / size, 0.0, 1.0)
 
 
 def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> FloatArray:
@@ -120,14 +120,16 @@ def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> Fl
         return elastic
     upper, lower = (sheets.vertices[sheets.sheet == side] for side in (0, 1))
     known = _away(graph, sheets.vertices, ELASTIC) == np.inf
-    stiff_upper, stiff_lower = upper[_away(graph, lower, CORNER)[upper] == np.inf], lower[_away(graph, upper, CORNER)[lower] == np.inf]
+    stiff_upper = upper[_away(graph, lower, CORNER)[upper] == np.inf]
+    stiff_lower = lower[_away(graph, upper, CORNER)[lower] == np.inf]
     carried = elastic.copy()
     carried[stiff_upper], carried[stiff_lower] = 0.0, 1.0
     known[stiff_upper], known[stiff_lower] = True, True
     near = graph + graph.T
     near.data = 1.0 / np.maximum(near.data, SHORTEST)
     laplacian = sp.csr_matrix(sp.diags(np.asarray(near.sum(axis=1)).ravel()) - near)
-    carried[~known] = spsolve(sp.csc_matrix(laplacian[~known][:, ~known]), -laplacian[~known][:, known] @ carried[known])
+    free = laplacian[~known]
+    carried[~known] = spsolve(sp.csc_matrix(free[:, ~known]), -free[:, known] @ carried[known])
     return carried
 
 
