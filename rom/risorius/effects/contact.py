@@ -89,16 +89,14 @@ class Contact:
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
         easy = self._swept.resolve(vertices)
-        if not self._clear(vertices, thoroughly=not easy):
-            self._go_back(vertices)
+        if (easy and self._seems_clear(vertices)) or self._all.deepest_of_all(vertices) <= TOLERATED:
+            return
+        self._go_back(vertices)
 
-    def _clear(self, vertices: npt.NDArray[np.float32], thoroughly: bool) -> bool:
-        """Whether nothing is too deep in anything, beside and beyond what sweeps have just looked at."""
-        if self._beside.deepest_beside(vertices, self._seeds, self._swept) > TOLERATED:
-            return False
-        if self._elsewhere.deepest(vertices) > TOLERATED:
-            return False
-        return not (thoroughly and self._all.deepest_of_all(vertices) > TOLERATED)
+    def _seems_clear(self, vertices: npt.NDArray[np.float32]) -> bool:
+        """Whether nothing is too deep in anything, as far as points tell beside and beyond what has been swept."""
+        beside = self._beside.deepest_beside(vertices, self._seeds, self._swept)
+        return beside <= TOLERATED and self._elsewhere.deepest(vertices) <= TOLERATED
 
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep."""
@@ -107,7 +105,7 @@ class Contact:
             vertices[:] = before
             self.retreat.go(share, before, self._turn, self._origin, vertices)
             self._swept.resolve(vertices)
-            if self._clear(vertices, thoroughly=True):
+            if self._seems_clear(vertices) and self._all.deepest_of_all(vertices) <= TOLERATED:
                 return
 
     def at(self, setting: Setting) -> Contact:

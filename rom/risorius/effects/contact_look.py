@@ -22,9 +22,7 @@ from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 
-FAR_MOVED = (
-    2.5e-3  # metres: what has moved farther at a corner of the mouth may have got to where no way downhill tells
-)
+FAR_MOVED = 2.5e-3  # metres: a corner of the mouth that sweeps have moved farther is looked at thoroughly
 OF_CORNER = 0.3  # largest share of a vertex there in a control of the corner
 Numbers = npt.NDArray[np.integer]
 Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
