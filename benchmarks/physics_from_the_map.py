@@ -1,7 +1,7 @@
 """What physics can add to a learned map at most: benchmarks/physics_from_the_map.py MODEL SNAPSHOTS SOURCE.
 
-From the map's answer to every held-out snapshot the full model goes on to an equilibrium: reduced physics cannot end
-nearer to it, nor get there in fewer steps. Prints errors of the visible vertices in mm, mean / 95 % / max, at the map,
+From the map's answer to every held-out snapshot the full model goes on to an equilibrium: what reduced physics
+imitates with fewer unknowns. Prints errors of the visible vertices in mm, mean / 95 % / max, at the map,
 where the tangent is made anew for the k-th time, and at the end. With contact the end may be another equilibrium than
 the snapshot's.
 """
