@@ -89,24 +89,32 @@ class Contact:
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
         easy = self._swept.resolve(vertices)
-        if (easy and self._seems_clear(vertices)) or self._all.deepest_of_all(vertices) <= TOLERATED:
-            return
-        self._go_back(vertices)
+        depth = self._seen(vertices)
+        if (not easy or depth > TOLERATED) and self._all.deepest_of_all(vertices) > TOLERATED:
+            self._go_back(vertices)
 
-    def _seems_clear(self, vertices: npt.NDArray[np.float32]) -> bool:
-        """Whether nothing is too deep in anything, as far as points tell beside and beyond what has been swept."""
+    def _seen(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Metres that anything is deep, as far as points tell beside and beyond what has been swept."""
         beside = self._beside.deepest_beside(vertices, self._seeds, self._swept)
-        return beside <= TOLERATED and self._elsewhere.deepest(vertices) <= TOLERATED
+        return max(beside, self._elsewhere.deepest(vertices))
 
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Let the mouth go back as little of the way as leaves nothing too deep."""
+        """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
         before = vertices - (self._rows @ self._swept.moved).astype(np.float32)
+        least, best = np.inf, before
         for share in SHARES:
             vertices[:] = before
             self.retreat.go(share, before, self._turn, self._origin, vertices)
             self._swept.resolve(vertices)
-            if self._seems_clear(vertices) and self._all.deepest_of_all(vertices) <= TOLERATED:
+            depth = self._seen(vertices)
+            if depth <= TOLERATED:
+                depth = self._all.deepest_of_all(vertices)
+            if depth <= TOLERATED:
                 return
+            if depth < least:
+                least, best = depth, vertices.copy()
+        vertices[:] = best
+        self._all.resolve(vertices)
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
