@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.sparse.csgraph import dijkstra
 
+from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
 
 IntArray = npt.NDArray[np.int32]
@@ -52,27 +51,12 @@ class LipSheets:
         return cls(vertices[paired], sheet[paired], kept, sheet_of, _across(kept), facing[paired])
 
 
-def edge_lengths(points: FloatArray, triangles: IntArray) -> sp.csr_matrix:
-    """(n, n) lengths of the edges between points (n, 3), metres."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
-    lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-    return sp.csr_matrix((lengths, edges.T), shape=(len(points),) * 2)
-
-
 def _nearest_side(points: FloatArray, triangles: IntArray, upper: IntArray, lower: IntArray) -> IntArray:
     """(n,) 0 or 1 by whichever set of vertices is nearer along the surface, -1 where neither is within WIDTH."""
     graph = edge_lengths(points, triangles)
-    away = np.stack([_distance(graph, upper), _distance(graph, lower)])
+    away = np.stack([distances_from(graph, side, WIDTH) for side in (upper, lower)])
     label: IntArray = np.where(away.min(axis=0) < np.inf, away.argmin(axis=0), -1).astype(np.int32)
     return label
-
-
-def _distance(graph: sp.csr_matrix, sources: IntArray) -> FloatArray:
-    if not len(sources):
-        return np.full(graph.shape[0], np.inf)
-    result: FloatArray = dijkstra(graph, directed=False, indices=np.unique(sources), limit=WIDTH, min_only=True)
-    return result
 
 
 def _nearest(points: FloatArray, centres: FloatArray) -> IntArray:

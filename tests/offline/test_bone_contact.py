@@ -348,9 +348,10 @@ def ridged_bone(height):
 def test_ridges_finer_than_the_mesh_do_not_hold_a_node_that_slides():
     """Nodes and ridges are 5 mm apart: what holds one node holds all of them."""
     bone = ridged_bone(3e-4)
-    contact = BoneContact(replace(tissue_block(), bones={"maxilla": bone}))
+    anatomy = replace(tissue_block(), bones={"maxilla": bone})
+    contact = BoneContact(anatomy)
     slid = np.linspace(0.0, 5e-3, 41)
-    node = np.flatnonzero(np.isclose(contact._rest, [0.01, 0.01, 0.0]).all(axis=1))[0]
+    node = np.flatnonzero(np.isclose(anatomy.points[contact.nodes], [0.01, 0.01, 0.0]).all(axis=1))[0]
     gaps = [contact.gaps(np.full((125, 3), [s, 0.0, -1e-4]))[node] for s in slid]
     bare = SignedDistance.of(bone).values(np.column_stack([0.01 + slid, np.full(41, 0.01), np.full(41, 2e-4)]))
     assert np.ptp(bare) > 1e-4
@@ -359,8 +360,9 @@ def test_ridges_finer_than_the_mesh_do_not_hold_a_node_that_slides():
 
 def test_a_bone_thinner_than_the_mesh_stays_where_it_is():
     plate = box_surface((-0.03, -0.03, -5e-3), (0.05, 0.05, -1e-3))
-    contact = BoneContact(replace(tissue_block(), bones={"maxilla": plate}))
-    below = np.isclose(contact._rest[:, 2], 0.0)
+    anatomy = replace(tissue_block(), bones={"maxilla": plate})
+    contact = BoneContact(anatomy)
+    below = np.isclose(anatomy.points[contact.nodes, 2], 0.0)
     u = np.full((125, 3), [0.0, 0.0, -0.9e-3])
     np.testing.assert_allclose(contact.gaps(u)[below], 1e-4, atol=1e-5)
 

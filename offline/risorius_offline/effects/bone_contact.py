@@ -3,7 +3,8 @@
 A node at the gap g from a bone carries the pressure p(g) = p0 ((d - g) / d)^2 below the gap tolerance d, none above, on
 its share A of the surface. The energy A p0 d / 3 ((d - g) / d)^3 is twice continuously differentiable; pressures below
 p0 leave a gap between 0 and d. Where tissue lies nearer than d at rest (published meshes hug the bone and cut it by
-tenths of a millimetre), the node's gap counts from rest, as d: rest is free of contact forces.
+tenths of a millimetre), the node's gap counts from rest, as d: rest is free of contact forces. g is the distance to the
+bone, smoothed over the spacing of the nodes that slide on it: facets as coarse as the mesh would hold single nodes.
 """
 
 from __future__ import annotations
@@ -159,13 +160,13 @@ class BoneContact:
 
     def _bone(self, anatomy: Anatomy, name: str) -> _Bone:
         try:
-            exact = SignedDistance.of(anatomy.bones[name])
+            finest = SignedDistance.of(anatomy.bones[name])
         except InputError as error:
             raise InputError(f"bone {name!r}: {error}") from error
-        at_rest = exact.values(self._rest)
+        at_rest = finest.values(self._rest)
         inside = at_rest < -DEEPEST_AT_REST
         apart = np.sqrt(self.areas[~inside & (at_rest < SLIDES_WITHIN)])
-        distance = _smoothed(anatomy.bones[name], exact, float(np.median(apart)) if apart.size else 0.0)
+        distance = _smoothed(anatomy.bones[name], finest, float(np.median(apart)) if apart.size else 0.0)
         onset = np.where(inside, -np.inf, np.minimum(distance.values(self._rest), self._tolerance))
         return _Bone(distance, onset, name == JAW_BONE)
 
@@ -198,17 +199,17 @@ class BoneContact:
         return self._pressure / (3.0 * self._tolerance**2) * float(areas @ overlap**3)
 
 
-def _smoothed(surface: Surface, exact: SignedDistance, spacing: float) -> SignedDistance:
+def _smoothed(surface: Surface, finest: SignedDistance, spacing: float) -> SignedDistance:
     """Distance smoothed over a spacing in metres, or over what a bone is thick enough for.
 
     The splines at the surface reach two spacings deep, where a thin bone has its other side.
     """
-    while spacing > exact.spacing:
+    while spacing > finest.spacing:
         distance = SignedDistance.of(surface, spacing)
         if -distance.coefficients.min() >= 2.0 * spacing:
             return distance
         spacing /= 2.0
-    return exact
+    return finest
 
 
 def _nodal_areas(anatomy: Anatomy) -> FloatArray:

@@ -14,7 +14,6 @@ from typing import ClassVar
 import h5py
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_kernels import TOLERATED
@@ -50,8 +49,6 @@ class Contact:
         self._all = ContactLook(tables, *everything, *jaw)
         seeds = tables.seeds[beside[0]], tables.lip_seeds[beside[1]]
         self._seeds = np.searchsorted(swept[0], seeds[0]), np.searchsorted(swept[1], seeds[1])
-        shape = len(tables.row_starts) - 1, len(tables.column_starts) - 1
-        self._rows = sp.csr_matrix((tables.row_shares, tables.row_controls, tables.row_starts), shape=shape)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Contact | None:
@@ -100,7 +97,7 @@ class Contact:
 
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
-        before = vertices - (self._rows @ self._swept.moved).astype(np.float32)
+        before = vertices - (self.tables.shares @ self._swept.moved).astype(np.float32)
         least, best = np.inf, before
         for share in SHARES:
             vertices[:] = before

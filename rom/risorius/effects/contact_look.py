@@ -9,9 +9,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from risorius.effects.contact_kernels import (
-    BLOCK,
     SWEEPS,
-    blocks,
     deepest,
     deepest_beside,
     deepest_of_all,
@@ -43,15 +41,14 @@ class ContactLook:
         onset, chosen, facing = t.onset[points], t.vertices[vertices], t.facing[vertices]
         self._teeth = (
             t.points[points], onset, t.away[points], t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
-            *_least(t), turn, origin,
+            *t.least, turn, origin,
         )  # fmt: skip
         self._lips = (
             chosen, facing, t.places[vertices], t.triangles, t.across, t.planes, float(t.orientation[0]),
         )  # fmt: skip
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares
-        controls = len(t.column_starts) - 1
-        rows = sp.csr_matrix((t.row_shares, t.row_controls, t.row_starts), shape=(len(t.row_starts) - 1, controls))
+        rows, controls = t.shares, t.shares.shape[1]
         touching = onset > -1.0
         kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
         slack = -np.where(touching, onset, 0.0).min(axis=1, initial=0.0) - allowed
@@ -110,22 +107,6 @@ def _rows(starts: npt.NDArray[np.int32], entries: npt.NDArray[np.int32], rows: N
     """Starts and entries of some rows."""
     table = [entries[starts[row] : starts[row + 1]] for row in rows]
     return np.cumsum([0, *map(len, table)]).astype(np.int32), np.concatenate([entries[:0], *table])
-
-
-def _least(tables: ContactTables) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-    """Least distances of the blocks of all grids, where those of each start, and what is farther beyond each grid."""
-    parts, beyond = [np.zeros(0, np.float32)], []
-    for start, shape in zip(tables.starts, tables.shapes, strict=True):
-        grid = tables.distances[start : start + shape.prod()].reshape(shape)
-        rim = [np.take(grid, (0, -1), axis) for axis in range(3)]
-        beyond.append(min(float(side.min()) for side in rim))
-        for axis in range(3):
-            first = BLOCK * np.arange(blocks(shape[axis]))
-            inner = np.minimum.reduceat(grid, first, axis)
-            grid = np.minimum(inner, np.take(grid, np.minimum(first + BLOCK, shape[axis] - 1), axis))
-        parts.append(grid.ravel())
-    starts = np.cumsum([len(part) for part in parts])[:-1].astype(np.int64)
-    return np.concatenate(parts), starts, np.array(beyond, np.float32)
 
 
 def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:

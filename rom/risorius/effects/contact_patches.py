@@ -52,8 +52,8 @@ class Patches:
 def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type: ignore[no-untyped-def]
     """Set gaps (k,) of points to what those of their leaders leave; write numbers of those that may touch.
 
-    slack (k,): metres that gaps of a leader's neighbours may be smaller by. apart: gap of a leader that tells
-    nothing. Returns how many may touch.
+    slack (k,): metres that gaps of a leader's neighbours may be smaller by. apart: gap of a leader that tells nothing.
+    Returns how many may touch.
     """
     found = 0
     for patch in range(len(starts) - 1):

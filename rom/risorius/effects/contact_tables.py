@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
+from risorius.effects.contact_kernels import BLOCK, blocks
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
+from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets, edge_lengths
+from risorius.lip_sheets import LipSheets
 from risorius.normals import vertex_normals
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
@@ -96,6 +98,28 @@ class ContactTables:
         """Numbers of the vertices of the lips that sweeps look at."""
         return np.flatnonzero(self.lip_seeds == np.arange(len(self.lip_seeds)))
 
+    @cached_property
+    def shares(self) -> sp.csr_matrix:
+        """Shares (n, c) of vertices in correction fields."""
+        shape = len(self.row_starts) - 1, len(self.column_starts) - 1
+        return sp.csr_matrix((self.row_shares, self.row_controls, self.row_starts), shape=shape)
+
+    @cached_property
+    def least(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+        """Least distances of the blocks of all grids, where those of each start, and what is farther beyond each."""
+        parts, beyond = [np.zeros(0, np.float32)], []
+        for start, shape in zip(self.starts, self.shapes, strict=True):
+            grid = self.distances[start : start + shape.prod()].reshape(shape)
+            rim = [np.take(grid, (0, -1), axis) for axis in range(3)]
+            beyond.append(min(float(side.min()) for side in rim))
+            for axis in range(3):
+                first = BLOCK * np.arange(blocks(shape[axis]))
+                inner = np.minimum.reduceat(grid, first, axis)
+                grid = np.minimum(inner, np.take(grid, np.minimum(first + BLOCK, shape[axis] - 1), axis))
+            parts.append(grid.ravel())
+        starts = np.cumsum([len(part) for part in parts])[:-1].astype(np.int64)
+        return np.concatenate(parts), starts, np.array(beyond, np.float32)
+
     def within(self, part: Part) -> ContactTables:
         """Tables of a part of the model. Lips of which it does not hold all triangles around a vertex do not meet."""
         number = np.full(len(self.row_starts) - 1, -1, np.int32)
@@ -104,8 +128,6 @@ class ContactTables:
         whole = np.asarray((number[self.triangles] >= 0).all(axis=1))
         new = np.where(whole, np.cumsum(whole) - 1, -1).astype(np.int32)
         vertices = (number[self.vertices] >= 0) & whole[self.facing]
-        shape = (len(self.row_starts) - 1, len(self.column_starts) - 1)
-        rows = sp.csr_matrix((self.row_shares, self.row_controls, self.row_starts), shape=shape)
         return replace(
             self,
             points=number[self.points[points]],
@@ -121,7 +143,7 @@ class ContactTables:
             triangles=number[self.triangles[whole]],
             across=np.where(self.across[whole] >= 0, new[self.across[whole]], -1).astype(np.int32),
             planes=self.planes[whole],
-            **_shares(rows[part.vertices]),
+            **_shares(self.shares[part.vertices]),
         )
 
     def _candidates_within(self, vertices: npt.NDArray[np.bool_], new: npt.NDArray[np.int32]) -> dict[str, Any]:
@@ -258,7 +280,7 @@ def _candidates(
         other = np.flatnonzero(sheets.sheet_of != side)
         if not len(other):
             continue
-        away = dijkstra(graph, directed=False, indices=np.unique(sheets.triangles[other]), limit=CORNER, min_only=True)
+        away = distances_from(graph, sheets.triangles[other], CORNER)
         mine = np.flatnonzero((sheets.sheet[chosen] == side) & (away[sheets.vertices[chosen]] < np.inf))
         near = cKDTree(centres[other]).query_ball_point(rest[sheets.vertices[chosen[mine]]], AROUND)
         for row, found in zip(mine, near, strict=True):

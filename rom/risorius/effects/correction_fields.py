@@ -11,8 +11,8 @@ import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
+from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import edge_lengths
 
 SPACING, RADIUS = 4e-3, 7e-3
 
@@ -25,7 +25,7 @@ def correction_shares(
         return sp.csr_matrix((len(rest), 0))
     points = rest.astype(np.float64)
     graph = edge_lengths(points, triangles)
-    away = dijkstra(graph, directed=False, indices=touching, limit=3.0 * RADIUS, min_only=True)
+    away = distances_from(graph, touching, 3.0 * RADIUS)
     around = np.flatnonzero(away < np.inf)
     bumps = _bumps(points[around], graph[around][:, around])
     sums = np.maximum(np.asarray(bumps.sum(axis=0)).ravel(), np.finfo(float).tiny)

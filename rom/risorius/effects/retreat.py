@@ -14,12 +14,12 @@ import numba
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
-from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 
 from risorius.contact_geometry import ContactGeometry
+from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets, edge_lengths
+from risorius.lip_sheets import LipSheets
 from risorius.part import Part
 from risorius.poses import Poses
 
@@ -50,7 +50,7 @@ class Retreat:
         """That of a surface at rest (n, 3), of which some vertices may touch, and fields (lifts, n, 3) of its poses."""
         points = rest.astype(np.float64)
         graph = edge_lengths(points, triangles)
-        away = _away(graph, touching, FADE)
+        away = distances_from(graph, touching, FADE)
         near = np.minimum(away / FADE, 1.0)
         most = 1.0 - near * near * (3.0 - 2.0 * near)
         vertices = np.flatnonzero(most > 0.0)
@@ -95,14 +95,6 @@ class Retreat:
         return cls(**{field.name: group[field.name][()] for field in fields(cls)})
 
 
-def _away(graph: sp.csr_matrix, sources: npt.NDArray[np.integer], limit: float) -> FloatArray:
-    """(n,) metres along the surface from the nearest source, infinite beyond the limit."""
-    if not len(sources):
-        return np.full(graph.shape[0], np.inf)
-    found: FloatArray = dijkstra(graph, directed=False, indices=np.unique(sources), limit=limit, min_only=True)
-    return found
-
-
 def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> FloatArray:
     """(n,) share of an opening of the jaw that tissue follows."""
     if poses.jaw is None:
@@ -119,9 +111,9 @@ def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> Fl
     if not len(sheets.vertices) or not elastic.any():
         return elastic
     upper, lower = (sheets.vertices[sheets.sheet == side] for side in (0, 1))
-    known = _away(graph, sheets.vertices, ELASTIC) == np.inf
-    stiff_upper = upper[_away(graph, lower, CORNER)[upper] == np.inf]
-    stiff_lower = lower[_away(graph, upper, CORNER)[lower] == np.inf]
+    known = distances_from(graph, sheets.vertices, ELASTIC) == np.inf
+    stiff_upper = upper[distances_from(graph, lower, CORNER)[upper] == np.inf]
+    stiff_lower = lower[distances_from(graph, upper, CORNER)[lower] == np.inf]
     carried = elastic.copy()
     carried[stiff_upper], carried[stiff_lower] = 0.0, 1.0
     known[stiff_upper], known[stiff_lower] = True, True
