@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import ClassVar, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
@@ -76,10 +77,12 @@ class Pardiso:
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution (n,) or (n, k) with the last factors."""
-        columns = np.asfortranarray(right_hand_side.reshape(len(right_hand_side), -1), self._dtype)
+        columns: npt.NDArray[np.floating] = np.asfortranarray(
+            right_hand_side.reshape(len(right_hand_side), -1), self._dtype
+        )
         return np.asarray(self._call(self._SOLVE, columns), np.float64).reshape(right_hand_side.shape)
 
-    def _call(self, phase: int, right_hand_side: FloatArray) -> FloatArray:
+    def _call(self, phase: int, right_hand_side: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         self._solver.set_phase(phase)

@@ -137,9 +137,7 @@ class GuardedNewton:
         return None
 
 
-def factorise(
-    energy: Energy, u: FloatArray, level: int, report: SolverReport, *, rough: bool = False
-) -> int | None:
+def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport, *, rough: bool = False) -> int | None:
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
     tangents = energy.tangents(u)
     for trial in range(level, len(PROJECTIONS)):
