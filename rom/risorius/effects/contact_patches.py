@@ -105,11 +105,11 @@ def take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, ga
 
 
 @_compiled
-def below_zero(gaps, which):  # type: ignore[no-untyped-def]
-    """Write the numbers of gaps (k,) that are negative; return how many."""
+def below(limit, gaps, which):  # type: ignore[no-untyped-def]
+    """Write the numbers of gaps (k,) that are smaller than a limit; return how many."""
     found = 0
     for number in range(len(gaps)):
-        if gaps[number] < 0.0:
+        if gaps[number] < limit:
             which[found] = number
             found += 1
     return found
