@@ -13,14 +13,14 @@ from risorius.closest_point import closest_point
 from risorius.effects.contact_patches import (
     below,
     beyond_leaders,
-    take_off_opposite_steps,
-    take_off_steps,
+    take_off_shifts,
+    take_off_shifts_apart,
 )
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
-SEARCHED = 2e-3  # metres about a vertex at a corner of the mouth
+SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.05e-3  # metres: no sweep for less
@@ -231,13 +231,13 @@ def gather(vertices, gaps, ways, factor, starts, controls, shares, wanted, total
 
 
 @_compiled
-def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ignore[no-untyped-def]
+def move(x, wanted, total, moved, shifts, starts, vertices, shares):  # type: ignore[no-untyped-def]
     """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
-    moved (c, 3): by how much the controls have moved in this frame; steps (c,): now.
+    moved (c, 3): by how much the controls have moved in this frame; shifts (n, 3): the vertices now.
     """
+    shifts[:] = 0.0
     for control in range(len(total)):
-        steps[control] = 0.0
         if total[control] <= 0.0:
             continue
         scale = GAIN / total[control]
@@ -246,13 +246,16 @@ def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ign
         ax, ay, az = moved[control, 0] + dx, moved[control, 1] + dy, moved[control, 2] + dz
         short = min(1.0, FARTHEST / max(math.sqrt(ax * ax + ay * ay + az * az), 1e-12))
         dx, dy, dz = short * ax - moved[control, 0], short * ay - moved[control, 1], short * az - moved[control, 2]
-        steps[control] = math.sqrt(dx * dx + dy * dy + dz * dz)
         moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
         for entry in range(starts[control], starts[control + 1]):
             vertex, share = vertices[entry], shares[entry]
-            x[vertex, 0] += share * dx
-            x[vertex, 1] += share * dy
-            x[vertex, 2] += share * dz
+            shifts[vertex, 0] += share * dx
+            shifts[vertex, 1] += share * dy
+            shifts[vertex, 2] += share * dz
+    for vertex in range(len(x)):
+        x[vertex, 0] += shifts[vertex, 0]
+        x[vertex, 1] += shifts[vertex, 1]
+        x[vertex, 2] += shifts[vertex, 2]
 
 
 @_compiled
@@ -260,12 +263,12 @@ def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: i
     """Look at all that may touch."""
     points = teeth[0]
     vertices, facing = lips[0], lips[1]
-    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _steps = state
-    leaders, slack, order, order_starts, _control_starts, _controls = patches
-    leaders_lips, slack_lips, order_lips, starts_lips, _control_starts_lips, _controls_lips = patches_of_lips
+    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
+    leaders, slack, order, order_starts = patches
+    leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
     at[:] = facing
     which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
-    _enclose(x, lips[0], patches_of_lips[2], patches_of_lips[3], corners[4])
+    _enclose(x, corners[3], patches_of_lips[3], corners[6])
     _look(x, teeth, lips, patches_of_lips, corners, len(leaders), len(leaders_lips), state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
@@ -277,7 +280,7 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
     """Find the gaps of some of the points, of lips as far as the way downhill leads."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
     vertices, _facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _steps = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
         turn, origin, gaps, ways,
@@ -293,55 +296,57 @@ def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
     _approach(x, teeth, lips, count, count_lips, state)
-    order, starts = patches_of_lips[2], patches_of_lips[3]
-    nearer = _search(x, lips[0], lips[3], order, starts, corners, which_lips, count_lips, at, gaps_lips)
+    nearer = _search(x, lips[0], lips[3], patches_of_lips[3], corners, which_lips, count_lips, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
 @_compiled
-def _enclose(x, vertices, order, starts, radii):  # type: ignore[no-untyped-def]
-    """Set radii (g,) of patches of vertices about their leaders."""
+def _enclose(x, members, starts, radii):  # type: ignore[no-untyped-def]
+    """Set radii (g,) of patches of vertices about their first, the leader."""
     for patch in range(len(radii)):
-        o, square = vertices[order[starts[patch]]], 0.0
+        o, square = members[starts[patch]], 0.0
+        ox, oy, oz = x[o, 0], x[o, 1], x[o, 2]
         for e in range(starts[patch] + 1, starts[patch + 1]):
-            p = vertices[order[e]]
-            u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
+            p = members[e]
+            u, v, w = x[p, 0] - ox, x[p, 1] - oy, x[p, 2] - oz
             square = max(square, u * u + v * v + w * w)
         radii[patch] = math.sqrt(square)
 
 
 @_compiled
-def _search(x, vertices, triangles, order, starts, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
+def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
     """Set `at` (l,) to a triangle at the nearest vertex around a corner where that is nearer than the gap (l,) found.
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    near_starts, near, fan_starts, fans, radii = corners
+    near_starts, near, leaders, members, fan_starts, fans, radii = corners
     found = 0
     for e in range(count):
         number = which[e]
         if near_starts[number] == near_starts[number + 1] or abs(gaps[number]) < TOLERATED:
             continue
-        p, nearest, reach = vertices[number], -1, SEARCHED
+        p, nearest, least = vertices[number], -1, SEARCHED * SEARCHED
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
         for k in range(3):
             q = triangles[at[number], k]
             u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
-            reach = min(reach, math.sqrt(u * u + v * v + w * w))
+            least = min(least, u * u + v * v + w * w)
+        reach = math.sqrt(least)
+        least *= 1.0 - 1e-6
         for k in range(near_starts[number], near_starts[number + 1]):
             patch = near[k]
-            q, most = vertices[order[starts[patch]]], reach + radii[patch]
+            q, most = leaders[k], reach + radii[patch]
             u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
             if u * u + v * v + w * w >= most * most:
                 continue
             for m in range(starts[patch], starts[patch + 1]):
-                q = vertices[order[m]]
+                q = members[m]
                 u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
                 square = u * u + v * v + w * w
-                if square < reach * reach * (1.0 - 1e-6):
-                    nearest, reach = order[m], math.sqrt(square)
-        if reach == SEARCHED:
-            gaps[number] = min(gaps[number], SEARCHED)
+                if square < least:
+                    nearest, least = m, square
+            reach = math.sqrt(least)
+        gaps[number] = min(gaps[number], SEARCHED)
         if nearest < 0:
             continue
         least, begun = gaps[number] * gaps[number] * (1.0 - 1e-6), at[number]
@@ -372,12 +377,9 @@ def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: 
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, opposite, state):  # type: ignore[no-untyped-def]
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything, at the most."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
-    _, _, order, order_starts, control_starts, controls = patches
-    _, _, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
-    movers, beside_starts, beside, around = opposite
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, corners, state)
     sweeps = 0
@@ -386,10 +388,9 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, op
         while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
             gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
             gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-            move(x, wanted, total, moved, steps, columns[0], columns[1], columns[2])
-            take_off_steps(order, order_starts, control_starts, controls, steps, gaps)
-            take_off_steps(order_lips, starts_lips, control_starts_lips, controls_lips, steps, gaps_lips)
-            take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps_lips)
+            move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2])
+            take_off_shifts(teeth[0], shifts, gaps)
+            take_off_shifts_apart(lips[0], lips[3], at, shifts, gaps_lips)
             sweeps += 1
             if sweeps < SWEEPS:
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
@@ -399,6 +400,6 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, op
         count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
             break
-        _enclose(x, lips[0], patches_of_lips[2], patches_of_lips[3], corners[4])
+        _enclose(x, corners[3], patches_of_lips[3], corners[6])
         _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
     return _deepest(gaps, gaps_lips)

@@ -41,19 +41,13 @@ class ContactLook:
             _tables(Patches.of(rows[t.points], kinds), slack),
             _tables(of_lips, np.zeros(len(t.vertices))),
         )
-        beside = sp.csr_matrix(rows.T @ rows)
-        starts = t.row_starts[:-1]
-        movers = np.where(np.diff(t.row_starts) > 0, np.append(t.row_controls, -1)[starts], -1)[t.triangles[:, 0]]
-        self._opposite = (
-            movers.astype(np.int32), beside.indptr.astype(np.int32), beside.indices.astype(np.int32), np.zeros(controls)
-        )  # fmt: skip
         self._corners = _corners(t, of_lips)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._state = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
-            np.zeros(controls), self.moved, np.zeros(controls),
+            np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
 
     def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
@@ -64,7 +58,7 @@ class ContactLook:
         return float(
             resolve(
                 vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._corners,
-                self._opposite, self._state,
+                self._state,
             )
         )  # fmt: skip
 
@@ -100,12 +94,13 @@ def _corners(tables: ContactTables, patches: Patches) -> tuple[npt.NDArray[Any],
     patch = np.zeros(lips, np.int64)
     patch[patches.order] = np.repeat(np.arange(len(patches.starts) - 1), np.diff(patches.starts))
     of_patches = sp.csr_matrix((np.ones(lips, np.int32), (np.arange(lips), patch)), shape=(lips, len(patches.leaders)))
-    near_patches, fans = sp.csr_matrix(near @ ends @ of_patches), sp.csr_matrix(ends.T)
+    near_patches, fans = sp.csr_matrix(near @ ends @ of_patches), sp.csr_matrix(ends.T)[patches.order]
     return (
-        near_patches.indptr.astype(np.int32), near_patches.indices.astype(np.int32), fans.indptr.astype(np.int32),
+        near_patches.indptr.astype(np.int32), near_patches.indices.astype(np.int32),
+        t.vertices[patches.leaders[near_patches.indices]], t.vertices[patches.order], fans.indptr.astype(np.int32),
         fans.indices.astype(np.int32), np.zeros(len(patches.leaders)),
     )  # fmt: skip
 
 
 def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
-    return patches.leaders, slack, patches.order, patches.starts, patches.control_starts, patches.controls
+    return patches.leaders, slack, patches.order, patches.starts
