@@ -231,12 +231,14 @@ def gather(vertices, gaps, ways, factor, starts, controls, shares, wanted, total
 
 
 @_compiled
-def move(x, wanted, total, moved, shifts, starts, vertices, shares):  # type: ignore[no-untyped-def]
+def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  # type: ignore[no-untyped-def]
     """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
     moved (c, 3): by how much the controls have moved in this frame; shifts (n, 3): the vertices now.
+    movable: numbers of those that any control moves. Returns metres that any has moved now at the most.
     """
-    shifts[:] = 0.0
+    for vertex in movable:
+        shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2] = 0.0, 0.0, 0.0
     for control in range(len(total)):
         if total[control] <= 0.0:
             continue
@@ -252,10 +254,14 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares):  # type: ig
             shifts[vertex, 0] += share * dx
             shifts[vertex, 1] += share * dy
             shifts[vertex, 2] += share * dz
-    for vertex in range(len(x)):
-        x[vertex, 0] += shifts[vertex, 0]
-        x[vertex, 1] += shifts[vertex, 1]
-        x[vertex, 2] += shifts[vertex, 2]
+    square = 0.0
+    for vertex in movable:
+        a, b, c = shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2]
+        x[vertex, 0] += a
+        x[vertex, 1] += b
+        x[vertex, 2] += c
+        square = max(square, a * a + b * b + c * c)
+    return math.sqrt(square)
 
 
 @_compiled
@@ -344,7 +350,7 @@ def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  #
                 u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
                 square = u * u + v * v + w * w
                 if square < least:
-                    nearest, least = m, square
+                    nearest, least = q, square
             reach = math.sqrt(least)
         gaps[number] = min(gaps[number], SEARCHED)
         if nearest < 0:
@@ -388,9 +394,9 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
         while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
             gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
             gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-            move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2])
-            take_off_shifts(teeth[0], shifts, gaps)
-            take_off_shifts_apart(lips[0], lips[3], at, shifts, gaps_lips)
+            farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+            take_off_shifts(teeth[0], shifts, farthest, gaps)
+            take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
             sweeps += 1
             if sweeps < SWEEPS:
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)

@@ -8,12 +8,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from risorius.effects.contact_kernels import deepest, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 
+AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and a patch that may come near it
 Numbers = npt.NDArray[np.int32]
 
 
@@ -31,17 +33,18 @@ class ContactLook:
         )  # fmt: skip
         self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, float(t.orientation[0])
         self._rows = t.row_starts, t.row_controls, t.row_shares
-        self._columns = t.column_starts, t.column_vertices, t.column_shares
+        self._columns = t.column_starts, t.column_vertices, t.column_shares, np.unique(t.column_vertices)
         rows, controls = t.shares, t.shares.shape[1]
         touching = t.onset > -1.0
         kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
         slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
-        of_lips = Patches.of(rows[t.vertices], _sides(t)[t.vertices])
+        sides = _sides(t)[t.vertices]
+        of_lips = Patches.of(rows[t.vertices], sides)
         self._patches = (
             _tables(Patches.of(rows[t.points], kinds), slack),
             _tables(of_lips, np.zeros(len(t.vertices))),
         )
-        self._corners = _corners(t, of_lips)
+        self._corners = _corners(t, sides, of_lips)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._state = (
@@ -70,6 +73,8 @@ class ContactLook:
 def _sides(tables: ContactTables) -> Numbers:
     """(n,) for each vertex number one of a lip, its side 0 or 1, -1 where none is known: what faces is opposite."""
     count, corners = len(tables.row_starts) - 1, tables.triangles
+    if not len(tables.vertices):
+        return np.full(count, -1, np.int32)
     faced = corners[tables.facing, 0]
     same = np.concatenate([corners[:, [0, 1]], corners[:, [0, 2]]])
     pairs = np.concatenate(
@@ -78,27 +83,25 @@ def _sides(tables: ContactTables) -> Numbers:
     )  # fmt: skip
     linked = sp.coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(2 * count, 2 * count))
     label = connected_components(linked, directed=False)[1]
-    first = label[tables.vertices[:1]]
+    first = label[tables.vertices[0]]
     return np.where(label[:count] == first, 0, np.where(label[count:] == first, 1, -1)).astype(np.int32)
 
 
-def _corners(tables: ContactTables, patches: Patches) -> tuple[npt.NDArray[Any], ...]:
+def _corners(tables: ContactTables, sides: npt.NDArray[np.integer], patches: Patches) -> tuple[npt.NDArray[Any], ...]:
     """Patches of the other lip near each of the vertices at a corner of the mouth, and triangles around each vertex."""
-    t, count = tables, len(tables.row_starts) - 1
-    lips, triangles = len(t.vertices), len(t.triangles)
-    near = sp.csr_matrix(
-        (np.ones(len(t.candidates), np.int32), t.candidates, t.candidate_starts), shape=(lips, triangles)
-    )
-    corners = (np.ones(3 * triangles, np.int32), t.triangles.ravel(), np.arange(0, 3 * triangles + 1, 3))
-    ends = sp.csr_matrix(corners, shape=(triangles, count))[:, t.vertices]
-    patch = np.zeros(lips, np.int64)
-    patch[patches.order] = np.repeat(np.arange(len(patches.starts) - 1), np.diff(patches.starts))
-    of_patches = sp.csr_matrix((np.ones(lips, np.int32), (np.arange(lips), patch)), shape=(lips, len(patches.leaders)))
-    near_patches, fans = sp.csr_matrix(near @ ends @ of_patches), sp.csr_matrix(ends.T)[patches.order]
+    t, leaders = tables, patches.leaders
+    corner = np.flatnonzero(np.diff(t.candidate_starts))
+    rows = sp.lil_matrix((len(t.vertices), len(leaders)), dtype=bool)
+    if len(corner):
+        found = cKDTree(t.places[leaders]).query_ball_point(t.places[corner], AROUND)
+        for number, others in zip(corner, found, strict=True):
+            rows[number, [patch for patch in others if sides[leaders[patch]] != sides[number]]] = True
+    near = sp.csr_matrix(rows)
+    ends = np.ones(t.triangles.size, bool), t.triangles.ravel(), np.arange(0, t.triangles.size + 1, 3)
+    fans = sp.csr_matrix(sp.csr_matrix(ends, shape=(len(t.triangles), len(t.row_starts) - 1)).T)
     return (
-        near_patches.indptr.astype(np.int32), near_patches.indices.astype(np.int32),
-        t.vertices[patches.leaders[near_patches.indices]], t.vertices[patches.order], fans.indptr.astype(np.int32),
-        fans.indices.astype(np.int32), np.zeros(len(patches.leaders)),
+        near.indptr.astype(np.int32), near.indices.astype(np.int32), t.vertices[leaders[near.indices]],
+        t.vertices[patches.order], fans.indptr.astype(np.int32), fans.indices.astype(np.int32), np.zeros(len(leaders)),
     )  # fmt: skip
 
 

@@ -71,9 +71,12 @@ def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type
 
 
 @_compiled
-def take_off_shifts(points, shifts, gaps):  # type: ignore[no-untyped-def]
-    """Take off gaps (k,) by how much the points have moved, shifts (n, 3)."""
+def take_off_shifts(points, shifts, farthest, gaps):  # type: ignore[no-untyped-def]
+    """Take off gaps (k,) by how much the points have moved, shifts (n, 3), none farther than `farthest`."""
     for number in range(len(points)):
+        if gaps[number] > 4.0 * farthest:
+            gaps[number] -= farthest
+            continue
         p = points[number]
         a, b, c = shifts[p, 0], shifts[p, 1], shifts[p, 2]
         square = a * a + b * b + c * c
@@ -82,9 +85,12 @@ def take_off_shifts(points, shifts, gaps):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def take_off_shifts_apart(points, triangles, at, shifts, gaps):  # type: ignore[no-untyped-def]
+def take_off_shifts_apart(points, triangles, at, shifts, farthest, gaps):  # type: ignore[no-untyped-def]
     """Take off gaps (k,) by how much the points and the triangles `at` (k,) may have come closer, shifts (n, 3)."""
     for number in range(len(points)):
+        if gaps[number] > 4.0 * farthest:
+            gaps[number] -= 2.0 * farthest
+            continue
         p, t, square = points[number], at[number], 0.0
         for k in range(3):
             q = triangles[t, k]
