@@ -73,8 +73,8 @@ def _reachable(model: ReducedModel) -> ReducedModel:
     contact = model.effects.get(Contact.name)
     if not isinstance(contact, Contact):
         return model
-    effects = {**model.effects, Contact.name: ReachableContact.of(contact, model.rest_vertices, _frames(model))}
-    return replace(model, effects=effects)
+    reachable = ReachableContact.of(contact, model.rest_vertices, _frames(model))
+    return replace(model, effects={**model.effects, Contact.name: reachable})
 
 
 def _frames(model: ReducedModel) -> Iterator[tuple[FloatArray, npt.NDArray[np.float32]]]:

@@ -1,21 +1,19 @@
 """What of the skin the inputs of a scene can bring to touch anything; the rest of contact is left out of its frames.
 
 Gaps are taken from frames of a sample of the inputs, before contact has moved anything and after it. A point is left
-out if it stays clear with a margin: MARGIN, and half of what its gap has shrunk by since it was at rest. At the corners
-of the mouth, where the way downhill to the nearest triangle may end early, gaps are taken to shrink by as much as the
-point and what is around it on the other lip have moved apart.
+out if it stays clear by MARGIN, and by half of what its gap has shrunk by since it was at rest. Corners of the mouth
+stay whole: the way downhill to the nearest triangle may end early there, and tell of a gap that is none. Neither
+touches nor a head that is shaken are in the sample: in their frames everything is looked at.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import ClassVar
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
-from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact import Contact
 from risorius.effects.contact_kernels import gaps_to_lips, gaps_to_teeth
 from risorius.effects.contact_tables import ContactTables
@@ -33,74 +31,48 @@ SHRUNK = 0.5  # of the shrinking of a gap
 HEAVIEST = 1.01 * -UPRIGHT[1]  # m/s2: of frames that are sampled
 
 
-class ReachableContact:
-    """Contact that looks at `some` of the points where nothing but inputs, weight and inertia acts, else at `all`."""
+class ReachableContact(Contact):
+    """Contact that looks at the points of `tables` where nothing but inputs, weight and inertia acts, else at all."""
 
-    name: ClassVar[str] = Contact.name
-    needs: ClassVar[str] = Contact.needs
-    energy: ClassVar[float] = 0.0
-
-    def __init__(self, some: Contact, everything: Contact) -> None:
-        self.fields = everything.fields
-        self._some, self._everything = some, everything
-        self._acting = some
-
-    @property
-    def tables(self) -> ContactTables:
-        """Of the points that are looked at."""
-        return self._some.tables
-
-    @property
-    def geometry(self) -> ContactGeometry:
-        """What skin can touch."""
-        return self._everything.geometry
+    def __init__(self, tables: ContactTables, everything: Contact) -> None:
+        super().__init__(tables, everything.retreat, everything.geometry, everything.fields.shape[1])
+        self._everything, self._sampled = everything, True
 
     @classmethod
     def of(cls, contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -> ReachableContact:
         """Contact for inputs that bring about `frames` of a face at rest (n, 3)."""
-        tables = contact.tables
-        some = Contact(tables.only(*reachable(contact, rest, frames)), contact.retreat, contact.geometry, len(contact.fields))
-        return cls(some, contact)
-
-    def check(self, surroundings: Surroundings) -> None:
-        """Nothing: it shows what it can, whatever acts from outside."""
-
-    def drive(self, parameters: FloatArray, surroundings: Surroundings) -> Surroundings:
-        """Nothing: contact does not change what muscles do."""
-        return surroundings
+        return cls(contact.tables.only(*reachable(contact, rest, frames)), contact)
 
     def respond(
         self, parameters: FloatArray, coordinates: FloatArray, own: FloatArray, surroundings: Surroundings
     ) -> None:
         """Remember whether anything acts that no sample tells of."""
         gravity = surroundings.gravity
-        sampled = not surroundings.touches and (gravity is None or gravity @ gravity <= HEAVIEST * HEAVIEST)
-        self._acting = self._some if sampled else self._everything
+        light = gravity is None or bool(gravity @ gravity <= HEAVIEST * HEAVIEST)
+        self._sampled = light and not surroundings.touches
 
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
-        self._acting.finish(coordinates, vertices)
+        if self._sampled:
+            super().finish(coordinates, vertices)
+        else:
+            self._everything.finish(coordinates, vertices)
 
     def at(self, setting: Setting) -> ReachableContact:
-        """See `Effect`."""
-        return ReachableContact(self._some.at(setting), self._everything.at(setting))
+        """Return the effect with a state of its own; it is the same for any number of modes."""
+        return ReachableContact(self.tables, self._everything.at(setting))
 
     def within(self, part: Part) -> ReachableContact:
-        """See `Effect`."""
-        return ReachableContact(self._some.within(part), self._everything.within(part))
+        """Return the effect of what a part holds of the lips."""
+        return ReachableContact(self.tables.within(part), self._everything.within(part))
 
     def in_axes(self, order: tuple[int, int, int]) -> ReachableContact:
-        """See `Effect`."""
-        return ReachableContact(self._some.in_axes(order), self._everything.in_axes(order))
+        """Return the effect for vertices whose components are in another order."""
+        return ReachableContact(self.tables.in_axes(order), self._everything.in_axes(order))
 
     def write(self, group: h5py.Group) -> None:
         """Store what is looked at where anything may act."""
         self._everything.write(group)
-
-    @classmethod
-    def read(cls, group: h5py.Group) -> Contact:
-        """Load what `write` stored."""
-        return Contact.read(group)
 
 
 def reachable(contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -> tuple[Flags, Flags]:
