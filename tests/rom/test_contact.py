@@ -9,7 +9,7 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH, SEARCHED, TOLERATED
+from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
@@ -50,13 +50,13 @@ def sheet(height):
     )
 
 
-def contact_of(geometry, rest, triangles, pressed):
+def contact_of(geometry, rest, triangles, pressed, carriers=5):
     """Contact of a surface that in its only frame of training is `pressed`; the jaw takes no tissue with it."""
     rest, poses = rest.astype(np.float32), Poses(JAW_MOTION)
     tables = contact_tables(geometry, poses, rest, triangles, [(AT_REST, pressed)])
     touching = np.union1d(tables.points, tables.vertices)
     retreat = Retreat.of(geometry, poses, np.zeros((4, len(rest), 3)), rest, triangles, touching)
-    return Contact(tables, retreat, geometry, 5)
+    return Contact(tables, retreat, geometry, carriers)
 
 
 def on_ball(moves_with=SKULL):
@@ -362,3 +362,22 @@ def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_
         larger.append(np.count_nonzero(effect._look._state[5] > most))
     assert larger[0] > 10
     assert larger[1] == 0
+
+
+def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(synthetic_model):
+    """An opened jaw takes the whole face up to 35 mm into a wall behind it; sweeps move nothing by more than 8 mm."""
+    rest = synthetic_model.rest_vertices
+    lowest, spacing = np.array([-0.08, -0.14, -0.06]), 5e-3
+    depth = lowest[2] + spacing * np.arange(24) - (rest[:, 2].min() - 2e-3)
+    wall = Obstacle(lowest, spacing, np.broadcast_to(depth, (33, 40, 24)).astype(np.float32))
+    contact = contact_of(
+        ContactGeometry({"wall": wall}, NO_SEAM), rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest)
+    )
+    walled = Engine(replace(synthetic_model, effects={"contact": contact}))
+    free = Engine(synthetic_model)
+    ours, other = (engine.evaluate({"jaw_open": 1.0}) for engine in (walled, free))
+    assert (ours.method, ours.converged) == (other.method + ", went back", True)
+    way = np.linalg.norm(ours.vertices - other.vertices, axis=1).max()
+    assert way - FARTHEST <= ours.error - other.error <= way + FARTHEST
+    ours, other = (engine.evaluate({"jaw_open": 0.01}) for engine in (walled, free))
+    assert (ours.method, ours.error) == (other.method, other.error)

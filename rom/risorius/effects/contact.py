@@ -31,7 +31,10 @@ SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 
 
 class Contact:
-    """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points."""
+    """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points.
+
+    gave_way: metres that going back has taken any vertex in the last frame; 0 where the mouth did not go back.
+    """
 
     name: ClassVar[str] = "contact"
     needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
@@ -41,6 +44,7 @@ class Contact:
         self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
         self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
+        self.gave_way = 0.0
         self._look = ContactLook(tables, self._turn, self._origin)
 
     @classmethod
@@ -78,6 +82,7 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
+        self.gave_way = 0.0
         if self._look.resolve(vertices) > TOLERATED:
             self._go_back(vertices)
 
@@ -87,12 +92,12 @@ class Contact:
         least, best = np.inf, before
         for share in SHARES:
             vertices[:] = before
-            self.retreat.go(share, before, self._turn, self._origin, vertices)
+            way = self.retreat.go(share, before, self._turn, self._origin, vertices)
             depth = self._look.resolve(vertices)
+            if depth < least:
+                least, best, self.gave_way = depth, vertices.copy(), way
             if depth <= TOLERATED:
                 return
-            if depth < least:
-                least, best = depth, vertices.copy()
         vertices[:] = best
 
     def at(self, setting: Setting) -> Contact:

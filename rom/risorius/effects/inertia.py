@@ -43,6 +43,7 @@ class Inertia:
 
     name: ClassVar[str] = "inertia"
     needs: ClassVar[str] = "snapshots that hold the body of their face: of muscles without the force-length relation"
+    gave_way: ClassVar[float] = 0.0
 
     def __init__(
         self,
