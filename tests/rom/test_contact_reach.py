@@ -64,6 +64,17 @@ def test_where_something_else_acts_all_is_looked_at(reaching):
         assert np.array_equal(vertices, expected) == same
 
 
+def test_a_mouth_that_goes_back_says_so_whatever_acts(reaching):
+    contact, _, rest = reaching
+    found = ReachableContact.of(contact, rest, frames_of(rest, 12e-3))
+    contact.finish(AT_REST, one_side_pressed(rest, 12e-3))
+    assert contact.gave_way > 0.0
+    for surroundings in (Surroundings(), TOUCHED):
+        found.respond(np.zeros(0), AT_REST, np.zeros(0), surroundings)
+        found.finish(AT_REST, one_side_pressed(rest, 12e-3))
+        assert found.gave_way == contact.gave_way
+
+
 def test_a_gap_that_shrinks_keeps_half_as_much_again():
     """Lips that come closer by c are looked at if c and half as much, or MARGIN, is all that was between them."""
     contact, rest = lips(gap=1e-3)

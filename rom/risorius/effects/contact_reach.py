@@ -57,6 +57,7 @@ class ReachableContact(Contact):
             super().finish(coordinates, vertices)
         else:
             self._everything.finish(coordinates, vertices)
+            self.gave_way = self._everything.gave_way
 
     def at(self, setting: Setting) -> ReachableContact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
