@@ -19,7 +19,9 @@ from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
 from risorius.effects.gravity import Gravity
 from risorius.effects.inertia import Inertia
+from risorius.effects.strain_lag import StrainLag
 from risorius.effects.touch import Tissue, TouchResponse
+from risorius.effects.vibrations import Vibrations
 from risorius.error_bound import ErrorBound
 from risorius.evaluators import PolynomialMap, Setting, Superposition
 from risorius.inputs import InputTable
@@ -81,7 +83,9 @@ def lively_model(synthetic_model: ReducedModel) -> ReducedModel:
     rng = np.random.default_rng(8)
     fields = 1e-3 * rng.normal(size=(3, len(synthetic_model.rest_vertices), 3))
     static = rng.normal(size=(3, synthetic_model.rank))
-    inertia = Inertia(fields.astype(np.float32), np.array([1e3, 5e3, 2e4]), static, synthetic_model.lifts, 2)
+    vibrations = Vibrations(np.array([1e3, 5e3, 2e4]), np.array([74.0, 150.0, 1119.0]))
+    strain_lag = StrainLag(0.1 * rng.normal(size=(2, synthetic_model.rank - synthetic_model.lifts)), np.full(2, 0.03))
+    inertia = Inertia(fields.astype(np.float32), vibrations, static, synthetic_model.lifts, strain_lag)
     sagging = 1e-3 * rng.normal(size=(2, len(synthetic_model.rest_vertices), 3))
     states, weights = np.eye(5)[:2], 0.02 * rng.normal(size=(2, 10))
     gravity = Gravity(sagging.astype(np.float32), 1.0, states, 0.1 * rng.normal(size=10), weights)

@@ -16,7 +16,7 @@ from risorius_offline.active_fibres import ActiveFibres
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
-from risorius_offline.linear_solver import SOLVERS, default_solver
+from risorius_offline.linear_solver import ROUGH_SOLVERS, SOLVERS, default_solver
 from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
 from risorius_offline.tangents import TRUE, Projection, Tangents
@@ -143,10 +143,10 @@ class FullModel:
         """Second derivatives of the energy at u: values in `discretisation.pattern`, and node blocks of the effects."""
         return self.tangents(u).mixed(projection)
 
-    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
-        """Factorise the free part of second derivatives; raises NotPositiveDefiniteError."""
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks], *, rough: bool = False) -> None:
+        """Factorise the free part of second derivatives, rough: for a direction; raises NotPositiveDefiniteError."""
         self.factorised_for = None
-        self.system.factorise(values, blocks)
+        self.system.factorise(values, blocks, rough=rough)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components, (f,) or (f, k), with the last factors."""
@@ -196,7 +196,8 @@ class FullModel:
         """The sparse system, analysed once for the free pattern."""
         if self._solver_name not in SOLVERS:
             raise InputError(f"linear solver {self._solver_name!r} is not known; choose one of {', '.join(SOLVERS)}")
-        return TangentSystem(self.discretisation.pattern, self.free, SOLVERS[self._solver_name]())
+        exact, rough = SOLVERS[self._solver_name](), ROUGH_SOLVERS.get(self._solver_name)
+        return TangentSystem(self.discretisation.pattern, self.free, exact, rough() if rough else None)
 
     def muscle_forces(self, u: FloatArray) -> FloatArray:
         """(3 n, muscles) derivatives of the forces at u by the activations, newtons at full activation."""

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import ClassVar, Protocol
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
@@ -37,7 +38,7 @@ class LinearSolver(Protocol):
 
 
 class Pardiso:
-    """MKL PARDISO through pypardiso: Cholesky with its own nested dissection."""
+    """MKL PARDISO through pypardiso: Cholesky with its own nested dissection, in single or double precision."""
 
     _SYMMETRIC_POSITIVE_DEFINITE = 2
     _ANALYSE, _FACTORISE, _SOLVE = 11, 22, 33
@@ -45,8 +46,9 @@ class Pardiso:
     # MKL's parameters by number: METIS order, no refinement, no count of entries. Left to itself MKL refines
     # every solution twice, for three times the time; Newton's method mends far larger errors.
     _PARAMETERS: ClassVar = {1: 1, 2: 2, 8: 0, 18: 0}
+    _IN_SINGLE_PRECISION = 28
 
-    def __init__(self) -> None:
+    def __init__(self, *, single: bool = False) -> None:
         from pypardiso import PyPardisoSolver, ps
 
         # Importing it found MKL; a solver that is not told where searches the disk again, longer than a small solve.
@@ -54,14 +56,17 @@ class Pardiso:
         self._solver = PyPardisoSolver(mtype=self._SYMMETRIC_POSITIVE_DEFINITE)
         for number, value in self._PARAMETERS.items():
             self._solver.set_iparm(number, value)
+        self._solver.set_iparm(self._IN_SINGLE_PRECISION, int(single))
+        self._dtype = np.float32 if single else np.float64
         # MKL's memory is not Python's: it has to be given back by hand.
         weakref.finalize(self, self._solver.free_memory, everything=True)
 
     def analyse(self, upper: sp.csr_matrix) -> None:
         """Take the pattern of a matrix, for all that follows; what was known of another is let go."""
         self._solver.free_memory(everything=True)
-        self._matrix = sp.csr_matrix((np.ones_like(upper.data), upper.indices, upper.indptr), shape=upper.shape)
-        self._unused = np.zeros((upper.shape[0], 1))
+        ones = np.ones(len(upper.data), self._dtype)
+        self._matrix = sp.csr_matrix((ones, upper.indices, upper.indptr), shape=upper.shape)
+        self._unused = np.zeros((upper.shape[0], 1), self._dtype)
         self._matrix.setdiag(1.0)
         self._call(self._ANALYSE, self._unused)
 
@@ -72,10 +77,12 @@ class Pardiso:
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution (n,) or (n, k) with the last factors."""
-        columns = np.asfortranarray(right_hand_side.reshape(len(right_hand_side), -1))
-        return np.asarray(self._call(self._SOLVE, columns)).reshape(right_hand_side.shape)
+        columns: npt.NDArray[np.floating] = np.asfortranarray(
+            right_hand_side.reshape(len(right_hand_side), -1), self._dtype
+        )
+        return np.asarray(self._call(self._SOLVE, columns), np.float64).reshape(right_hand_side.shape)
 
-    def _call(self, phase: int, right_hand_side: FloatArray) -> FloatArray:
+    def _call(self, phase: int, right_hand_side: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         self._solver.set_phase(phase)
@@ -131,6 +138,8 @@ def _fill_reducing_order(matrix: sp.csr_matrix) -> np.ndarray:
 
 
 SOLVERS: dict[str, Callable[[], LinearSolver]] = {"pardiso": Pardiso, "superlu": SuperLU}
+# Of less precision for less time, where there are any: enough for a direction to descend in.
+ROUGH_SOLVERS: dict[str, Callable[[], LinearSolver]] = {"pardiso": lambda: Pardiso(single=True)}
 
 
 def default_solver() -> str:

@@ -53,8 +53,11 @@ class Energy(Protocol):
         """Second derivatives at u."""
         ...
 
-    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
-        """Factorise what `tangents` mix, over the free components; raises NotPositiveDefiniteError."""
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks], *, rough: bool = False) -> None:
+        """Factorise what `tangents` mix, over the free components, rough: for a direction that descends.
+
+        Raises NotPositiveDefiniteError.
+        """
         ...
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
@@ -92,10 +95,14 @@ class SolverReport:
 
 @dataclass(frozen=True)
 class GuardedNewton:
-    """tolerance: norm of the free forces relative to the forces that balance. max_iterations: before giving up."""
+    """tolerance: norm of the free forces relative to the forces that balance. max_iterations: before giving up.
+
+    rough: whether factors are of less precision, for less time, which fail where cells are near collapse.
+    """
 
     tolerance: float
     max_iterations: int
+    rough: bool = False
 
     def minimise(
         self, energy: Energy, u: FloatArray, report: SolverReport, level: int | None = None
@@ -118,7 +125,7 @@ class GuardedNewton:
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, state, secants) if contracts_well else None
             if following is None:
-                level = factorise(energy, state.u, max(level or 0, 1) - 1, report)
+                level = factorise(energy, state.u, max(level or 0, 1) - 1, report, rough=self.rough)
                 if level is None:
                     return None
                 secants.forget()
@@ -130,7 +137,7 @@ class GuardedNewton:
         return None
 
 
-def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -> int | None:
+def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport, *, rough: bool = False) -> int | None:
     """Factorise at the first of `PROJECTIONS` from a level on that is positive definite, and return its level."""
     tangents = energy.tangents(u)
     for trial in range(level, len(PROJECTIONS)):
@@ -139,7 +146,7 @@ def factorise(energy: Energy, u: FloatArray, level: int, report: SolverReport) -
         report.factorisations += 1
         report.projections += trial > 0
         try:
-            energy.factorise(*tangents.mixed(PROJECTIONS[trial]))
+            energy.factorise(*tangents.mixed(PROJECTIONS[trial]), rough=rough)
             return trial
         except NotPositiveDefiniteError:
             continue

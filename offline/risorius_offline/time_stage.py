@@ -66,9 +66,9 @@ class StageEnergy:
         """Second derivatives of the model's energy at u, without the quadratic terms."""
         return self._model.tangents(u)
 
-    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks]) -> None:
+    def factorise(self, values: FloatArray, blocks: Sequence[NodeBlocks], *, rough: bool = False) -> None:
         """Factorise second derivatives with those of the quadratic terms; raises NotPositiveDefiniteError."""
-        self._model.factorise(values + self._values, blocks)
+        self._model.factorise(values + self._values, blocks, rough=rough)
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Solution over the free components with the last factors."""

@@ -10,7 +10,7 @@ import numpy as np
 from risorius.evaluators import PolynomialMap
 from risorius.jaw import FloatArray
 from risorius.snapshot_file import SnapshotSet
-from risorius.training import ModalData, overlap, single_actions
+from risorius.training import ModalData, overlap
 
 MEMBERS = 4
 
@@ -20,7 +20,7 @@ def disagreement(snapshots: SnapshotSet, modal: ModalData, candidates: FloatArra
 
     Each member is the learned map without every fourth training snapshot, the single actions excepted.
     """
-    singles = single_actions(snapshots)
+    singles = snapshots.single_actions()
     shared = overlap(snapshots.displacements[singles])
     others = np.setdiff1d(np.flatnonzero(~snapshots.held_out), singles)
     answers = []

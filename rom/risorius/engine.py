@@ -36,9 +36,11 @@ class Frame:
     vertices: (n, 3) float32, metres. coordinates: (r,) reduced coordinates. error: metres, estimated upper bound of
     the vertex error against the full model, calibrated to hold on 95 % of held-out snapshots; infinite where nothing is
     known. method: the evaluator that answered, followed by ", mended" where tissue would have folded and was changed as
-    little as that takes; or "held": nothing could be answered, and the frame is the last good state. converged: False
-    for that. elapsed: seconds. Where the scene wants them: normals (n, 3), of unit length; strain (m, 2) of the
-    triangles, principal Green-Lagrange in their plane, the larger first; effort (muscles,), joules that each gives off.
+    little as that takes, and by ", went back" where lips or teeth could not be parted and the mouth is nearer to rest
+    than was asked for, both of which `error` contains; or "held": nothing could be answered, and the frame is the last
+    good state. converged: False for that. elapsed: seconds. Where the scene wants them: normals (n, 3), of unit
+    length; strain (m, 2) of the triangles, principal Green-Lagrange in their plane, the larger first; effort
+    (muscles,), joules that each gives off.
     """
 
     vertices: npt.NDArray[np.float32]
@@ -124,14 +126,19 @@ class Engine:
         return Frame(
             vertices=vertices,
             coordinates=self._pipeline.coordinates.copy(),
-            error=self.point.bound.value(indicators) + self._pipeline.moved,
-            method=_METHOD[verdict].format(self.point.setting.method),
+            error=self.point.bound.value(indicators) + self._pipeline.moved + self._pipeline.gave_way,
+            method=self._method(),
             converged=verdict is not Verdict.HELD,
             elapsed=time.perf_counter() - start,
             normals=normals,
             strain=strain,
             effort=effort,
         )
+
+    def _method(self) -> str:
+        verdict = self._pipeline.verdict
+        went_back = verdict is not Verdict.HELD and self._pipeline.gave_way > 0.0
+        return _METHOD[verdict].format(self.point.setting.method) + (", went back" if went_back else "")
 
     def _parameters(self, weights: Weights | None, muscles: Mapping[str, Weight] | None) -> FloatArray:
         table = self.model.inputs

@@ -27,7 +27,8 @@ class Pipeline:
     parameters: (p,) that the face was evaluated at, which effects may have changed from those that were asked for.
     coordinates: (r,) of the model, zero for modes that the setting does without, then those of the effects' own.
     verdict: of the guard, on the last frame. moved: metres, how far at most the guard has put any vertex from where the
-    evaluator and the effects would have; infinite where these gave nothing.
+    evaluator and the effects would have; infinite where these gave nothing. gave_way: metres that effects which could
+    not show what was asked for have taken any vertex from there, once vertices are written.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Pipeline:
         self._guard = Guard(watch, model.lifts, len(self._used))
         self._answered = np.zeros(len(self._used))
         self._farthest = FARTHEST * float(np.abs(model.rest_vertices).max())
-        self.verdict, self.moved = Verdict.GOOD, 0.0
+        self.verdict, self.moved, self.gave_way = Verdict.GOOD, 0.0, 0.0
 
     def check(self, surroundings: Surroundings) -> None:
         """Raise InputError for what one of the effects cannot show."""
@@ -85,11 +86,13 @@ class Pipeline:
     def write(self, out: npt.NDArray[np.float32]) -> None:
         """Write the vertices (n, 3) into contiguous `out`; without the effects' share where that would explode."""
         self._surface.write(self._used, out)
+        self.gave_way = 0.0
         for effect in self._effects:
             effect.finish(self._used, out)
+            self.gave_way += effect.gave_way
         if self._effects and not largest_size(out.reshape(-1)) <= self._farthest:
             self._surface.write(self._used, out)
-            self.verdict, self.moved = Verdict.HELD, math.inf
+            self.verdict, self.moved, self.gave_way = Verdict.HELD, math.inf, 0.0
             self._restart_effects()
 
     def _settle(self) -> None:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from risorius.coarsening import coarse_surface
-from risorius.effects import EFFECTS, Effect
+from risorius.effects import EFFECTS, Effect, Surroundings
+from risorius.effects.contact import Contact
+from risorius.effects.contact_reach import ReachableContact
+from risorius.effects.gravity import Gravity
+from risorius.effects.leaning import LEANING
 from risorius.errors import InputError
-from risorius.evaluators import CorrectedMap, Superposition
+from risorius.evaluators import CorrectedMap, Setting, Superposition
 from risorius.hyper_reduction.muscles import ReducedMuscles
 from risorius.inputs import InputTable, without_side
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
 from risorius.part import Numbers, Part
-from risorius.pipeline import pipelines
+from risorius.pipeline import ALONE, pipelines
 from risorius.regions import region_vertices, triangles_within
 from risorius.scene import Scene
 
@@ -60,7 +64,29 @@ def planned(model: ReducedModel, scene: Scene) -> Plan:
         part = part.with_modes(_excited(model, part, np.abs(states[:, model.lifts :]).max(axis=0)))
     else:
         muscles = muscles.within(part.parameters[: len(table.muscles)], part.coordinates)
-    return Plan(_reduced(model, table, part, triangles, states), vertices, muscles)
+    reduced = _reduced(model, table, part, triangles, states)
+    return Plan(reduced if table == model.inputs else _reachable(reduced), vertices, muscles)
+
+
+def _reachable(model: ReducedModel) -> ReducedModel:
+    """Return a model whose contact looks at what its inputs can bring to touch anything."""
+    contact = model.effects.get(Contact.name)
+    if not isinstance(contact, Contact):
+        return model
+    reachable = ReachableContact.of(contact, model.rest_vertices, _frames(model))
+    return replace(model, effects={**model.effects, Contact.name: reachable})
+
+
+def _frames(model: ReducedModel) -> Iterator[tuple[FloatArray, npt.NDArray[np.float32]]]:
+    """Coordinates and vertices that samples of the inputs bring about without contact, however the head is held."""
+    others = tuple(effect for name, effect in model.effects.items() if name != Contact.name)
+    vertices = np.empty_like(model.rest_vertices)
+    held = [ALONE, *(Surroundings(gravity=pose) for pose in LEANING)] if Gravity.name in model.effects else [ALONE]
+    for way in pipelines(model, _most_modes(model), others):
+        for number, parameters in enumerate(_samples(model.inputs)):
+            way.solve(parameters, held[number % len(held)])
+            way.write(vertices)
+            yield way.coordinates, vertices
 
 
 def _points(model: ReducedModel, scene: Scene) -> tuple[OperatingPoint, ...]:
@@ -159,8 +185,7 @@ def _part(model: ReducedModel, table: InputTable, vertices: Numbers) -> Part:
 
 def _states(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
     """Coordinates (s, r) that samples of the inputs bring about, with every evaluator of the points."""
-    settings = {point.setting.method: point.setting for point in sorted(model.points, key=lambda one: one.setting.rank)}
-    ways = pipelines(model, settings.values(), tuple(model.effects.values()))
+    ways = pipelines(model, _most_modes(model), tuple(model.effects.values()))
     states = []
     for drawn in _samples(table):
         parameters = np.zeros(len(model.inputs.parameters))
@@ -169,6 +194,12 @@ def _states(model: ReducedModel, table: InputTable, part: Part) -> FloatArray:
             way.solve(parameters)
             states.append(way.coordinates[: model.rank].copy())
     return np.array(states)
+
+
+def _most_modes(model: ReducedModel) -> Iterable[Setting]:
+    """Settings, of each method one with most modes."""
+    ordered = sorted(model.points, key=lambda one: one.setting.rank)
+    return {point.setting.method: point.setting for point in ordered}.values()
 
 
 def _samples(table: InputTable) -> FloatArray:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from risorius import storage
 from risorius.companion import Companion, read_companions, write_companions
 from risorius.contact_geometry import ContactGeometry
-from risorius.errors import FileFormatError
+from risorius.errors import FileFormatError, InputError
 from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius.journalled_file import FileReader
@@ -152,6 +152,16 @@ class SnapshotSet(Face):
                 failures=tuple(samples["failure"].asstr()[()][failed]),
                 provenance=json.loads(file.attrs["provenance"]),
             )
+
+    def single_actions(self) -> npt.NDArray[np.int64]:
+        """Number of the snapshot of every single parameter at weight 1; raises InputError where one is missing."""
+        rows = []
+        for name, wanted in zip(self.inputs.parameters, np.eye(self.parameters.shape[1]), strict=True):
+            found = np.flatnonzero((self.parameters == wanted).all(axis=1) & ~self.held_out)
+            if not len(found):
+                raise InputError(f"snapshots: {name} alone at weight 1 is missing (unsolved?); superposition needs it")
+            rows.append(int(found[0]))
+        return np.array(rows)
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
 
 def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
     """Reduced model of projected snapshots; raises InputError when they lack what training needs."""
-    singles = single_actions(snapshots)
+    singles = snapshots.single_actions()
     used = ~snapshots.held_out
     actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
     observations = Observations(
@@ -119,19 +119,6 @@ def _watch(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatAr
     return Watch.choose(body, fields, len(snapshots.lift_fields), equilibria, others)
 
 
-def single_actions(snapshots: SnapshotSet) -> npt.NDArray[np.int64]:
-    """Snapshot number of every single parameter at weight 1."""
-    rows = []
-    for number, name in enumerate(snapshots.inputs.parameters):
-        wanted = np.zeros(snapshots.parameters.shape[1])
-        wanted[number] = 1.0
-        found = np.flatnonzero((snapshots.parameters == wanted).all(axis=1) & ~snapshots.held_out)
-        if not len(found):
-            raise InputError(f"snapshots: {name} alone at weight 1 is missing (unsolved?); superposition needs it")
-        rows.append(int(found[0]))
-    return np.array(rows)
-
-
 def project(snapshots: SnapshotSet, rank: int) -> ModalData:
     """POD modes of the training snapshots, at most `rank`, and the coordinates of all snapshots in them.
 
@@ -144,7 +131,7 @@ def project(snapshots: SnapshotSet, rank: int) -> ModalData:
     if snapshots.held_out.all():
         raise InputError("snapshots: all are held out, there is none to train with; solve some")
     train = np.flatnonzero(~snapshots.held_out)
-    mirror = mirror_of(snapshots, single_actions(snapshots))
+    mirror = mirror_of(snapshots, snapshots.single_actions())
     measure, neighbours = visible_measure(snapshots), directional_derivatives(snapshots, train)
 
     def seen() -> Iterator[FloatArray]:

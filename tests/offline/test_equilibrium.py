@@ -8,7 +8,7 @@ from risorius.mechanics.material import Yeoh
 from risorius_offline.anatomy.nested_cylinders import nested_cylinders
 from risorius_offline.equilibrium import Equilibrium, EquilibriumSolver, NotConvergedError
 from risorius_offline.full_model import FullModel
-from risorius_offline.linear_solver import SOLVERS
+from risorius_offline.linear_solver import SOLVERS, NotPositiveDefiniteError
 from tests.offline.meshes import box
 from tests.offline.models import block_anatomy, muscle_block
 
@@ -166,13 +166,24 @@ def test_a_load_step_begins_with_the_factors_of_the_equilibrium_before():
     np.testing.assert_allclose(followed.u, anew.u, atol=1e-5 * np.abs(anew.u).max())
 
 
+def test_where_rough_factors_fail_exact_ones_find_the_equilibrium():
+    class NeverRough(FullModel):
+        def factorise(self, values, blocks, *, rough=False):
+            if rough:
+                raise NotPositiveDefiniteError("rounding")
+            super().factorise(values, blocks)
+
+    anatomy = dragged_block("hexahedron", Yeoh.neo_hookean(15e3, 0.45), cells=(6, 6, 2))
+    usual, exact = (EquilibriumSolver(kind(anatomy)).solve(SIDEWAYS) for kind in (FullModel, NeverRough))
+    assert exact.report.rejected_steps > 0 == usual.report.rejected_steps
+    np.testing.assert_allclose(exact.u, usual.u, atol=1e-5 * np.abs(usual.u).max())
+
+
 @pytest.mark.parametrize("name", sorted(SOLVERS))
 def test_linear_solver_solves_and_refuses_indefinite_matrices(name):
     if name == "pardiso":
         pytest.importorskip("pypardiso")
     import scipy.sparse as sp
-
-    from risorius_offline.linear_solver import NotPositiveDefiniteError
 
     rng = np.random.default_rng(0)
     half = sp.random(60, 60, 0.05, random_state=1)

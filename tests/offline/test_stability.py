@@ -100,7 +100,7 @@ class TiltedWell:
         none = (np.zeros(3), [])
         return Tangents(lambda _: none, lambda project: np.array([abs(along) if project else along, self.K, self.K]))
 
-    def factorise(self, values, _):
+    def factorise(self, values, _, *, rough=False):
         if values.min() <= 0.0:
             raise NotPositiveDefiniteError("not a minimum")
         self.factors = values

@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from risorius_offline.effects import NodeBlocks
-from risorius_offline.linear_solver import SOLVERS, SuperLU
+from risorius_offline.linear_solver import ROUGH_SOLVERS, SOLVERS, SuperLU
 from risorius_offline.tangent_system import TangentSystem
 
 FREE = np.arange(3, 18)  # the first of six nodes is prescribed
@@ -65,3 +65,18 @@ def test_the_pattern_is_analysed_again_only_when_a_new_pair_of_nodes_appears():
         system.factorise(upper.data, blocks)
     assert len(Counting.sizes) == 2
     assert Counting.sizes[1] == Counting.sizes[0] + 9
+
+
+def test_rough_factors_are_those_of_single_precision_and_exact_ones_come_back():
+    pytest.importorskip("pypardiso")
+    dense, upper = chain()
+    system = TangentSystem(upper, FREE, SOLVERS["pardiso"](), ROUGH_SOLVERS["pardiso"]())
+    right = np.random.default_rng(0).normal(size=len(FREE))
+    expected = np.linalg.solve(dense[np.ix_(FREE, FREE)], right)
+
+    def error(*, rough):
+        system.factorise(upper.data, [], rough=rough)
+        return np.linalg.norm(system.solve(right) - expected) / np.linalg.norm(expected)
+
+    assert 1e-9 < error(rough=True) < 1e-4
+    assert error(rough=False) < 1e-12

@@ -9,8 +9,8 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH, TOLERATED
-from risorius.effects.contact_patches import beyond_leaders, take_off_steps
+from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
+from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
@@ -50,13 +50,13 @@ def sheet(height):
     )
 
 
-def contact_of(geometry, rest, triangles, pressed):
+def contact_of(geometry, rest, triangles, pressed, carriers=5):
     """Contact of a surface that in its only frame of training is `pressed`; the jaw takes no tissue with it."""
     rest, poses = rest.astype(np.float32), Poses(JAW_MOTION)
     tables = contact_tables(geometry, poses, rest, triangles, [(AT_REST, pressed)])
     touching = np.union1d(tables.points, tables.vertices)
     retreat = Retreat.of(geometry, poses, np.zeros((4, len(rest), 3)), rest, triangles, touching)
-    return Contact(tables, retreat, geometry, 5)
+    return Contact(tables, retreat, geometry, carriers)
 
 
 def on_ball(moves_with=SKULL):
@@ -253,30 +253,26 @@ def test_scene_asks_for_contact_of_a_model_that_has_it(synthetic_model):
 
 @pytest.mark.parametrize("depth", [-0.9e-3, -0.2e-3, 0.5e-3])
 def test_what_is_not_looked_at_touches_nothing(depth):
-    """Bounds from leaders, and from steps of the controls, are at most the distance from the ball."""
+    """Bounds from leaders, and from how far points have moved, are at most the distance from the ball."""
     contact, rest = on_ball()
-    look = contact._swept
+    look = contact._look
     points = look._teeth[0]
-    gaps, steps = look._state[3], look._state[10]
-    order, starts, control_starts, controls = look._patches[0][2:]
+    gaps = look._state[3]
+    leaders, slack, order, starts = look._patches[0]
     vertices = pressed(rest, depth)
     x = vertices.copy()
-    leaders = look._patches[0][0]
     gaps[leaders] = -depths(x)[points[leaders]]
     which = np.zeros(len(points), np.int32)
-    count = beyond_leaders(x, points, order, starts, np.zeros(len(points)), 1.0, gaps, which)
+    count = beyond_leaders(x, points, order, starts, slack, 1.0, gaps, which)
     clear = np.setdiff1d(np.arange(len(points)), which[:count])
     assert (gaps[clear] <= -depths(x)[points[clear]] + 1e-7).all()
     assert len(clear) > (0 if depth > 0.0 else 0.5 * len(points))
 
     gaps[:] = -depths(x)[points]
-    rng, shares = np.random.default_rng(2), look._rows
-    steps[:] = 1e-3 * rng.random(len(steps)) * (rng.random(len(steps)) < 0.3)
-    towards = steps[:, None] * [0.0, 0.0, -1.0]
-    for point in points:
-        entries = slice(shares[0][point], shares[0][point + 1])
-        x[point] += shares[2][entries] @ towards[shares[1][entries]]
-    take_off_steps(order, starts, control_starts, controls, steps, gaps)
+    rng = np.random.default_rng(2)
+    shifts = 1e-3 * rng.standard_normal(x.shape) * (rng.random((len(x), 1)) < 0.3)
+    x += shifts
+    take_off_shifts(points, shifts, np.linalg.norm(shifts, axis=1).max(), gaps)
     assert (gaps <= -depths(x)[points] + 1e-7).all()
 
 
@@ -324,18 +320,64 @@ def test_depth_that_sweeps_have_left_is_seen(depth):
     """The deepest of all points, looked at one by one, is what the ball has it to be."""
     contact, rest = on_ball()
     vertices = pressed(rest, depth)
-    assert contact._all.deepest_of_all(vertices) == pytest.approx(depth, abs=0.03e-3)
+    assert contact._look.deepest(vertices) == pytest.approx(depth, abs=0.03e-3)
 
 
 def test_blocks_of_the_grid_never_hide_contact():
     """Gaps with and without the blocks' least distances, CLEAR of everything or not, have the same sign."""
     contact, rest = on_ball()
     rng = np.random.default_rng(4)
-    look = contact._all
+    look = contact._look
     for _ in range(5):
         vertices = (rest + rng.uniform(-4e-3, 4e-3, 3)).astype(np.float32)
-        look.deepest_of_all(vertices)
+        look.deepest(vertices)
         gaps, points = look._state[3], look._teeth[0]
         exact = -depths(vertices)[points]
         assert ((gaps < 0.0) == (exact < -0.05e-3))[np.abs(exact) > 0.1e-3].all()
         assert (gaps < exact + 0.1e-3)[exact > 0.0].all()
+
+
+def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_the_other_lip():
+    """However lips are rolled; the way downhill alone ends on the wrong side of a fold."""
+    contact, rest = lips()
+    tables = contact.tables
+    sheet_of = tables.triangles[:, 0] >= SIDE**2
+    opposite = [np.flatnonzero(sheet_of != (vertex >= SIDE**2)) for vertex in tables.vertices]
+    starts = np.cumsum([0, *map(len, opposite)]).astype(np.int32)
+    all_corner = replace(tables, candidate_starts=starts, candidates=np.concatenate(opposite).astype(np.int32))
+    corner = Contact(all_corner, contact.retreat, contact.geometry, 5)
+    x, rolled = rest[:, 0], rest.copy()
+    upper = np.arange(len(rest)) >= SIDE**2
+    angle = np.clip(x / 3e-3, 0.0, 0.9 * np.pi)  # the upper lip rolls up around a roll of 3 mm, the lower one does not
+    rolled[upper, 0] = np.where(x > 0.0, 3e-3 * np.sin(angle), x)[upper]
+    rolled[upper, 1] += (3e-3 * (1.0 - np.cos(angle)) - 2e-3 * (x > 0.0))[upper]
+    sheets = rolled[tables.vertices[tables.vertices < SIDE**2]], rolled[tables.vertices[tables.vertices >= SIDE**2]]
+    other = [sheets[int(vertex < SIDE**2)] for vertex in tables.vertices]
+    places = rolled[tables.vertices]
+    nearest = np.array([np.linalg.norm(of - place, axis=1).min() for of, place in zip(other, places, strict=True)])
+    larger = []
+    for effect in (contact, corner):
+        effect._look.deepest(rolled.copy())
+        most = np.clip(nearest, TOLERATED, SEARCHED) + 1e-6
+        larger.append(np.count_nonzero(effect._look._state[5] > most))
+    assert larger[0] > 10
+    assert larger[1] == 0
+
+
+def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(synthetic_model):
+    """An opened jaw takes the whole face up to 35 mm into a wall behind it; sweeps move nothing by more than 8 mm."""
+    rest = synthetic_model.rest_vertices
+    lowest, spacing = np.array([-0.08, -0.14, -0.06]), 5e-3
+    depth = lowest[2] + spacing * np.arange(24) - (rest[:, 2].min() - 2e-3)
+    wall = Obstacle(lowest, spacing, np.broadcast_to(depth, (33, 40, 24)).astype(np.float32))
+    contact = contact_of(
+        ContactGeometry({"wall": wall}, NO_SEAM), rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest)
+    )
+    walled = Engine(replace(synthetic_model, effects={"contact": contact}))
+    free = Engine(synthetic_model)
+    ours, other = (engine.evaluate({"jaw_open": 1.0}) for engine in (walled, free))
+    assert (ours.method, ours.converged) == (other.method + ", went back", True)
+    way = np.linalg.norm(ours.vertices - other.vertices, axis=1).max()
+    assert way - FARTHEST <= ours.error - other.error <= way + FARTHEST
+    ours, other = (engine.evaluate({"jaw_open": 0.01}) for engine in (walled, free))
+    assert (ours.method, ours.error) == (other.method, other.error)

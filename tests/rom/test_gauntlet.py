@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 from risorius import commands
 from risorius.cli import app
 from risorius.effects.inertia import Inertia
+from risorius.effects.strain_lag import StrainLag
+from risorius.effects.vibrations import Vibrations
 from risorius.gauntlet import all_cases, run
 from risorius.gauntlet.case import Bench
 from risorius.gauntlet.full_model import HardSolved, as_result
@@ -71,10 +73,11 @@ class Growing(Inertia):
 
     def respond(self, parameters, coordinates, own, surroundings):
         super().respond(parameters, coordinates, own, surroundings)
-        self._speed += 1e-3
+        self._vibrations._speed += 1e-3
 
     def at(self, setting):
-        return Growing(self.fields, self._squares, self._static, self._lifts, self._muscles)
+        still = super().at(setting)
+        return Growing(still.fields, still._vibrations, still._static, still._lifts, still._strain_lag)
 
 
 @pytest.mark.parametrize(("kind", "verdicts"), [(Inertia, set()), (Growing, {"energy"})])
@@ -82,7 +85,9 @@ def test_motion_that_gains_energy_fails(synthetic_model, kind, verdicts):
     rng = np.random.default_rng(0)
     fields = 1e-4 * rng.normal(size=(4, len(synthetic_model.rest_vertices), 3)).astype(np.float32)
     static = 1e-2 * rng.normal(size=(4, synthetic_model.rank))
-    inertia = kind(fields, np.array([2e2, 1e3, 1e4, 1e5]), static, synthetic_model.lifts, 2)
+    squares, modes = np.array([2e2, 1e3, 1e4, 1e5]), synthetic_model.rank - synthetic_model.lifts
+    strain_lag = StrainLag(1e-2 * rng.normal(size=(2, modes)), np.array([0.03, 0.05]))
+    inertia = kind(fields, Vibrations(squares, 19.0 + 0.055 * squares), static, synthetic_model.lifts, strain_lag)
     assert broken(replace(synthetic_model, effects={"inertia": inertia}), "inertia") == verdicts
 
 

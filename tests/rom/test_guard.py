@@ -125,6 +125,7 @@ class Bomb:
     """An effect that blows up in one frame, in its coordinates or in the vertices, and would go on if it were kept."""
 
     name = "bomb"
+    gave_way = 0.0
     fields = np.zeros((1, 320, 3), np.float32)
 
     def __init__(self, where):

@@ -11,6 +11,8 @@ from risorius import Engine, InputError, Scene
 from risorius.carried_basis import CarriedBasis
 from risorius.coarsening import coarse_surface
 from risorius.effects.inertia import Inertia
+from risorius.effects.strain_lag import StrainLag
+from risorius.effects.vibrations import Vibrations
 from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
 from risorius.evaluators.products import as_products
 from risorius.evaluators.rational import Block
@@ -232,7 +234,9 @@ def test_coarse_vertices_are_vertices_of_the_face(model):
 def test_an_effect_that_is_off_is_not_there(model):
     """What runs is what would run had the model been trained without it: the same code on the same numbers."""
     count = len(model.rest_vertices)
-    shaking = Inertia(np.ones((1, count, 3), np.float32), np.array([4e4]), np.ones((1, model.rank)), model.lifts, 4)
+    fields, vibrations = np.ones((1, count, 3), np.float32), Vibrations(np.array([4e4]), np.array([2e3]))
+    strain_lag = StrainLag.none(4, model.rank - model.lifts)
+    shaking = Inertia(fields, vibrations, np.ones((1, model.rank)), model.lifts, strain_lag)
     with_inertia = replace(model, effects={"inertia": shaking})
     off, bare = (Engine(*one) for one in ((with_inertia, Scene(inertia=False)), (model, Scene())))
     assert (off.effects, Engine(with_inertia).effects) == ((), ("inertia",))
@@ -248,8 +252,10 @@ def test_an_effect_that_is_off_is_not_there(model):
 def test_an_effect_acts_on_a_part_as_on_the_whole(model):
     count = len(model.rest_vertices)
     rng = np.random.default_rng(5)
-    shaking = Inertia(rng.normal(size=(1, count, 3)).astype(np.float32), np.array([4e4]),
-                      rng.normal(size=(1, model.rank)) * 1e-3, model.lifts, 4)  # fmt: skip
+    fields = rng.normal(size=(1, count, 3)).astype(np.float32)
+    vibrations, static = Vibrations(np.array([4e4]), np.array([2e3])), rng.normal(size=(1, model.rank)) * 1e-3
+    strain_lag = StrainLag(rng.normal(size=(4, model.rank - model.lifts)), np.full(4, 0.03))
+    shaking = Inertia(fields, vibrations, static, model.lifts, strain_lag)
     with_inertia = replace(model, effects={"inertia": shaking})
     whole, part = Engine(with_inertia), Engine(with_inertia, Scene(inputs=("AU12", "AU26"), region="mouth"))
     for number in range(20):

@@ -8,7 +8,7 @@ from tests.rom.test_training import JAW, made_up_snapshots
 from risorius.bases import pod
 from risorius.modal import MOST_NEIGHBOURS, STEP, VISIBLE_SHARE, directional_derivatives, symmetric_pod, visible_measure
 from risorius.symmetry import ACROSS, Mirror, mirror_of
-from risorius.training import project, single_actions
+from risorius.training import project
 
 
 def symmetric_snapshots():
@@ -29,7 +29,7 @@ def symmetric_snapshots():
 
 def test_a_symmetric_face_is_recognised():
     snapshots, nodes = symmetric_snapshots()
-    mirror = mirror_of(snapshots, single_actions(snapshots))
+    mirror = mirror_of(snapshots, snapshots.single_actions())
     assert mirror is not None
     np.testing.assert_array_equal(mirror.nodes, nodes)
     np.testing.assert_array_equal(mirror.partner, [1, 0, 2, 3, 4])
@@ -39,19 +39,19 @@ def test_a_symmetric_face_is_recognised():
 def test_a_face_whose_sides_move_differently_is_not_symmetric():
     snapshots, _ = symmetric_snapshots()
     snapshots.displacements[0] *= 1.01
-    assert mirror_of(snapshots, single_actions(snapshots)) is None
+    assert mirror_of(snapshots, snapshots.single_actions()) is None
 
 
 def test_a_node_that_contact_left_elsewhere_does_not_make_a_face_asymmetric():
     snapshots, _ = symmetric_snapshots()
     snapshots.displacements[0, 7] += 0.005 * np.abs(snapshots.displacements[0]).max()
-    assert mirror_of(snapshots, single_actions(snapshots)) is not None
+    assert mirror_of(snapshots, snapshots.single_actions()) is not None
 
 
 def test_a_face_whose_nodes_lie_differently_is_not_symmetric():
     snapshots, _ = symmetric_snapshots()
     snapshots.points[3] += 1e-4
-    assert mirror_of(snapshots, single_actions(snapshots)) is None
+    assert mirror_of(snapshots, snapshots.single_actions()) is None
 
 
 def test_symmetric_modes_are_those_of_snapshots_and_images_together():

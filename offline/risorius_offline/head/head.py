@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -117,11 +118,16 @@ def _layers(shell: Shell, forehead: Flags) -> IntArray:
 
 
 def _muscles(shell: Shell) -> tuple[Muscle, ...]:
+    """Muscles of both sides; points of all their lines are looked up at once: surfaces are dear by the look."""
+    courses = [course.surface_points() for course in COURSES]
+    lines = [line for course in courses for line in course]
+    points = _placed(shell.at(*(np.concatenate(parts) for parts in zip(*lines, strict=True))))
+    placed = iter(np.split(points, np.cumsum([len(uv) for uv, _ in lines])[:-1]))
     found = []
-    for course in COURSES:
-        lines = [_placed(shell.at(uv, depth)) for uv, depth in course.surface_points()]
+    for course, given in zip(COURSES, courses, strict=True):
+        left = list(islice(placed, len(given)))
         for side, sign in (("L", 1), ("R", -1)):
-            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in lines), METRES * course.radius, sign)
+            fibres = PolylineFibres(tuple(line * [sign, 1.0, 1.0] for line in left), METRES * course.radius, sign)
             found.append(Muscle(f"{course.name}_{side}", fibres, ActiveStress(course.stress)))
     return tuple(found)
 

@@ -31,7 +31,10 @@ SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 
 
 class Contact:
-    """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points."""
+    """The effect. Not thread-safe: it owns what it works with. fields: none of its own, of `carriers` points.
+
+    gave_way: metres that going back has taken any vertex in the last frame; 0 where the mouth did not go back.
+    """
 
     name: ClassVar[str] = "contact"
     needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
@@ -41,14 +44,8 @@ class Contact:
         self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
         self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
-        swept, (beside, elsewhere) = (tables.swept, tables.swept_vertices), _others(tables)
-        everything = np.arange(len(tables.points)), np.arange(len(tables.vertices))
-        jaw = self._turn, self._origin
-        self._swept, self._beside = ContactLook(tables, *swept, *jaw), ContactLook(tables, *beside, *jaw)
-        self._elsewhere = ContactLook(tables, *elsewhere, *jaw, TOLERATED)
-        self._all = ContactLook(tables, *everything, *jaw)
-        seeds = tables.seeds[beside[0]], tables.lip_seeds[beside[1]]
-        self._seeds = np.searchsorted(swept[0], seeds[0]), np.searchsorted(swept[1], seeds[1])
+        self.gave_way = 0.0
+        self._look = ContactLook(tables, self._turn, self._origin)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Contact | None:
@@ -85,33 +82,23 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        easy = self._swept.resolve(vertices)
-        depth = self._seen(vertices)
-        if (not easy or depth > TOLERATED) and self._all.deepest_of_all(vertices) > TOLERATED:
+        self.gave_way = 0.0
+        if self._look.resolve(vertices) > TOLERATED:
             self._go_back(vertices)
-
-    def _seen(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Metres that anything is deep, as far as points tell beside and beyond what has been swept."""
-        beside = self._beside.deepest_beside(vertices, self._seeds, self._swept)
-        return max(beside, self._elsewhere.deepest(vertices))
 
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
-        before = vertices - (self.tables.shares @ self._swept.moved).astype(np.float32)
+        before = vertices - (self.tables.shares @ self._look.moved).astype(np.float32)
         least, best = np.inf, before
         for share in SHARES:
             vertices[:] = before
-            self.retreat.go(share, before, self._turn, self._origin, vertices)
-            self._swept.resolve(vertices)
-            depth = self._seen(vertices)
-            if depth <= TOLERATED:
-                depth = self._all.deepest_of_all(vertices)
+            way = self.retreat.go(share, before, self._turn, self._origin, vertices)
+            depth = self._look.resolve(vertices)
+            if depth < least:
+                least, best, self.gave_way = depth, vertices.copy(), way
             if depth <= TOLERATED:
                 return
-            if depth < least:
-                least, best = depth, vertices.copy()
         vertices[:] = best
-        self._all.resolve(vertices)
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
@@ -140,11 +127,3 @@ class Contact:
         tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
         geometry, retreat = ContactGeometry.read(group["geometry"]), Retreat.read(group["retreat"])
         return cls(tables, retreat, geometry, int(group.attrs["carriers"]))
-
-
-def _others(tables: ContactTables) -> tuple[tuple[Numbers, Numbers], tuple[Numbers, Numbers]]:
-    """Points and vertices beside those that sweeps look at, and those elsewhere."""
-    points, lips = tables.seeds, tables.lip_seeds
-    own, own_lips = np.arange(len(points)), np.arange(len(lips))
-    beside = np.flatnonzero((points >= 0) & (points != own)), np.flatnonzero((lips >= 0) & (lips != own_lips))
-    return beside, (np.flatnonzero(points < 0), np.flatnonzero(lips < 0))

@@ -11,15 +11,17 @@ import numba
 
 from risorius.closest_point import closest_point
 from risorius.effects.contact_patches import (
-    below_zero,
+    below,
     beyond_leaders,
-    take_off_opposite_steps,
-    take_off_steps,
+    take_off_shifts,
+    take_off_shifts_apart,
 )
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
+SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
+ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.05e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
@@ -35,7 +37,6 @@ FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
-BENT = 0.1e-3  # metres behind the plane of a triangle, up to which what is beside its point is in front of the lip
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 
 
@@ -230,13 +231,15 @@ def gather(vertices, gaps, ways, factor, starts, controls, shares, wanted, total
 
 
 @_compiled
-def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ignore[no-untyped-def]
+def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  # type: ignore[no-untyped-def]
     """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
-    moved (c, 3): by how much the controls have moved in this frame; steps (c,): now.
+    moved (c, 3): by how much the controls have moved in this frame; shifts (n, 3): the vertices now.
+    movable: numbers of those that any control moves. Returns metres that any has moved now at the most.
     """
+    for vertex in movable:
+        shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2] = 0.0, 0.0, 0.0
     for control in range(len(total)):
-        steps[control] = 0.0
         if total[control] <= 0.0:
             continue
         scale = GAIN / total[control]
@@ -245,43 +248,45 @@ def move(x, wanted, total, moved, steps, starts, vertices, shares):  # type: ign
         ax, ay, az = moved[control, 0] + dx, moved[control, 1] + dy, moved[control, 2] + dz
         short = min(1.0, FARTHEST / max(math.sqrt(ax * ax + ay * ay + az * az), 1e-12))
         dx, dy, dz = short * ax - moved[control, 0], short * ay - moved[control, 1], short * az - moved[control, 2]
-        steps[control] = math.sqrt(dx * dx + dy * dy + dz * dz)
         moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
         for entry in range(starts[control], starts[control + 1]):
             vertex, share = vertices[entry], shares[entry]
-            x[vertex, 0] += share * dx
-            x[vertex, 1] += share * dy
-            x[vertex, 2] += share * dz
+            shifts[vertex, 0] += share * dx
+            shifts[vertex, 1] += share * dy
+            shifts[vertex, 2] += share * dz
+    square = 0.0
+    for vertex in movable:
+        a, b, c = shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2]
+        x[vertex, 0] += a
+        x[vertex, 1] += b
+        x[vertex, 2] += c
+        square = max(square, a * a + b * b + c * c)
+    return math.sqrt(square)
 
 
 @_compiled
-def _found(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-untyped-def]
-    """Look at all that may touch; return how many points of either kind that is."""
-    points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
-    vertices, facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _steps = state
-    leaders, slack, order, order_starts, _control_starts, _controls = patches
-    leaders_lips, slack_lips, order_lips, starts_lips, _control_starts_lips, _controls_lips = patches_of_lips
+def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+    """Look at all that may touch."""
+    points = teeth[0]
+    vertices, facing = lips[0], lips[1]
+    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
+    leaders, slack, order, order_starts = patches
+    leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
     at[:] = facing
-    gaps_to_teeth(
-        x, points, leaders, len(leaders), onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts,
-        beyond, turn, origin, gaps, ways,
-    )  # fmt: skip
-    gaps_to_lips(
-        x, vertices, leaders_lips, len(leaders_lips), at, places, triangles, across, planes, sign, gaps_lips, ways_lips
-    )
+    which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
+    _enclose(x, corners[3], patches_of_lips[3], corners[6])
+    _look(x, teeth, lips, patches_of_lips, corners, len(leaders), len(leaders_lips), state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, count, count_lips, state)
-    return count, count_lips
+    _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
 
 
 @_compiled
-def _look(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
-    """Find the gaps of some of the points."""
+def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of some of the points, of lips as far as the way downhill leads."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
     vertices, _facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _steps = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
         turn, origin, gaps, ways,
@@ -290,141 +295,117 @@ def _look(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-
 
 
 @_compiled
-def deepest(x, teeth, lips, patches, patches_of_lips, state):  # type: ignore[no-untyped-def]
-    """Metres that any point of vertices x (n, 3) is in anything; what is less than the patches' slack may be missed."""
-    _found(x, teeth, lips, patches, patches_of_lips, state)
-    return -min(_smallest(state[3]), _smallest(state[5]))
+def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of some of the points, at corners of the mouth to what is nearest wherever the way downhill ends.
 
-
-@_compiled
-def _search(x, vertices, triangles, starts, candidates, reaches, at, gaps):  # type: ignore[no-untyped-def]
-    """Set `at` (l,) to the nearest of the candidates where that is nearer than the gap (l,) that has been found.
-
-    reaches (t,), of the triangles, is overwritten: metres from the first corner to the farthest.
+    The numbers of those of the lips are overwritten.
     """
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        u, v, w = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-        square = u * u + v * v + w * w
-        u, v, w = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-        reaches[t] = math.sqrt(max(square, u * u + v * v + w * w))
-    for number in range(len(vertices)):
-        p = vertices[number]
-        px, py, pz, nearest = x[p, 0], x[p, 1], x[p, 2], abs(gaps[number])
-        for e in range(starts[number], starts[number + 1]):
-            t = candidates[e]
-            a, reach = triangles[t, 0], nearest + reaches[t]
-            u, v, w = px - x[a, 0], py - x[a, 1], pz - x[a, 2]
-            if u * u + v * v + w * w > reach * reach:
-                continue
-            b, c = triangles[t, 1], triangles[t, 2]
-            square = closest_point(
-                px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
-            )[0]
-            if square < nearest * nearest * (1.0 - 1e-6):
-                at[number], nearest = t, math.sqrt(square)
+    at, which_lips, gaps_lips = state[0], state[2], state[5]
+    _approach(x, teeth, lips, count, count_lips, state)
+    nearer = _search(x, lips[0], lips[3], patches_of_lips[3], corners, which_lips, count_lips, at, gaps_lips)
+    _approach(x, teeth, lips, 0, nearer, state)
 
 
 @_compiled
-def deepest_of_all(x, teeth, lips, everything, starts, candidates, reaches, state):  # type: ignore[no-untyped-def]
-    """Metres that any point of vertices x (n, 3) is in anything, where each is looked at, everything (max(k, l),).
+def _enclose(x, members, starts, radii):  # type: ignore[no-untyped-def]
+    """Set radii (g,) of patches of vertices about their first, the leader."""
+    for patch in range(len(radii)):
+        o, square = members[starts[patch]], 0.0
+        ox, oy, oz = x[o, 0], x[o, 1], x[o, 2]
+        for e in range(starts[patch] + 1, starts[patch + 1]):
+            p = members[e]
+            u, v, w = x[p, 0] - ox, x[p, 1] - oy, x[p, 2] - oz
+            square = max(square, u * u + v * v + w * w)
+        radii[patch] = math.sqrt(square)
 
-    candidates: triangles that may be the nearest of some vertices, starts (l + 1,), wherever the way downhill ends.
+
+@_compiled
+def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
+    """Set `at` (l,) to a triangle at the nearest vertex around a corner where that is nearer than the gap (l,) found.
+
+    Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _steps = state
-    at[:] = lips[1]
-    which[:], which_lips[:] = everything[: len(which)], everything[: len(which_lips)]
-    _look(x, teeth, lips, len(which), len(which_lips), state)
-    _search(x, lips[0], lips[3], starts, candidates, reaches, at, gaps_lips)
-    _look(x, teeth, lips, 0, _with_candidates(starts, which_lips), state)
-    return -min(_smallest(gaps), _smallest(gaps_lips))
-
-
-@_compiled
-def _with_candidates(starts, which):  # type: ignore[no-untyped-def]
-    found = 0
-    for number in range(len(starts) - 1):
-        if starts[number + 1] > starts[number]:
-            which[found] = number
-            found += 1
-    return found
-
-
-@_compiled
-def _doubtful(x, points, seeds, seed_points, gaps, which):  # type: ignore[no-untyped-def]
-    """Write numbers of points that the gap of the one beside each, its seed, does not clear; return how many."""
-    found = 0
-    for number in range(len(points)):
-        p, q, known = points[number], seed_points[seeds[number]], gaps[seeds[number]] + TOLERATED
-        a, b, c = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
-        if not (known > 0.0 and a * a + b * b + c * c < known * known):
-            which[found] = number
-            found += 1
-    return found
-
-
-@_compiled
-def _behind_planes(x, vertices, seeds, seed_at, triangles, sign, which, count, at):  # type: ignore[no-untyped-def]
-    """Keep of `count` points those that are behind the triangle that faces their seed; return how many."""
+    near_starts, near, leaders, members, fan_starts, fans, radii = corners
     found = 0
     for e in range(count):
         number = which[e]
-        p, t = vertices[number], seed_at[seeds[number]]
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-        vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        height = sign * (nx * (x[p, 0] - x[a, 0]) + ny * (x[p, 1] - x[a, 1]) + nz * (x[p, 2] - x[a, 2]))
-        if height < 0.0 and height * height > BENT * BENT * (nx * nx + ny * ny + nz * nz):
-            at[number] = t
+        if near_starts[number] == near_starts[number + 1] or abs(gaps[number]) < TOLERATED:
+            continue
+        p, nearest, least = vertices[number], -1, SEARCHED * SEARCHED
+        px, py, pz = x[p, 0], x[p, 1], x[p, 2]
+        for k in range(3):
+            q = triangles[at[number], k]
+            u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
+            least = min(least, u * u + v * v + w * w)
+        reach = math.sqrt(least)
+        least *= 1.0 - 1e-6
+        for k in range(near_starts[number], near_starts[number + 1]):
+            patch = near[k]
+            q, most = leaders[k], reach + radii[patch]
+            u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
+            if u * u + v * v + w * w >= most * most:
+                continue
+            for m in range(starts[patch], starts[patch + 1]):
+                q = members[m]
+                u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
+                square = u * u + v * v + w * w
+                if square < least:
+                    nearest, least = q, square
+            reach = math.sqrt(least)
+        gaps[number] = min(gaps[number], SEARCHED)
+        if nearest < 0:
+            continue
+        least, begun = gaps[number] * gaps[number] * (1.0 - 1e-6), at[number]
+        for m in range(fan_starts[nearest], fan_starts[nearest + 1]):
+            t = fans[m]
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            square = closest_point(
+                px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+            )[0]
+            if square < least:
+                least, at[number] = square, t
+        if at[number] != begun:
             which[found] = number
             found += 1
     return found
 
 
 @_compiled
-def deepest_beside(x, teeth, lips, state, seeds, seeds_lips, seed_points, seed_vertices, seed_state):  # type: ignore[no-untyped-def]
-    """Metres that points are in anything which lie beside others, their seeds, that have just been looked at."""
-    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _steps = state
-    gaps[:], gaps_lips[:] = APART, APART
-    count = _doubtful(x, teeth[0], seeds, seed_points, seed_state[3], which)
-    count_lips = _doubtful(x, lips[0], seeds_lips, seed_vertices, seed_state[5], which_lips)
-    count_lips = _behind_planes(x, lips[0], seeds_lips, seed_state[0], lips[3], lips[6], which_lips, count_lips, at)
-    _look(x, teeth, lips, count, count_lips, state)
+def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
     return -min(_smallest(gaps), _smallest(gaps_lips))
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, opposite, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return the number of sweeps."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, steps = state
-    _, _, order, order_starts, control_starts, controls = patches
-    _, _, order_lips, starts_lips, control_starts_lips, controls_lips = patches_of_lips
-    movers, beside_starts, beside, around = opposite
-    moved[:] = 0.0
-    count, count_lips = _found(x, teeth, lips, patches, patches_of_lips, state)
-    sweeps = 0
-    while True:
-        if -min(_smallest(gaps), _smallest(gaps_lips)) < (ENOUGH if sweeps < FIRST else LITTLE):
-            break
-        gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-        gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-        move(x, wanted, total, moved, steps, columns[0], columns[1], columns[2])
-        take_off_steps(order, order_starts, control_starts, controls, steps, gaps)
-        take_off_steps(order_lips, starts_lips, control_starts_lips, controls_lips, steps, gaps_lips)
-        take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps_lips)
-        sweeps += 1
-        if sweeps == SWEEPS:
-            break
-        count, count_lips = below_zero(gaps, which), below_zero(gaps_lips, which_lips)
-        _look(x, teeth, lips, count, count_lips, state)
-    return sweeps
+def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+    """Metres that any point of vertices x (n, 3) is in anything, negative where none is."""
+    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    return _deepest(state[3], state[5])
 
 
 @_compiled
-def farthest(moved, some):  # type: ignore[no-untyped-def]
-    """Metres that any of some controls has moved, of moved (c, 3)."""
-    square = 0.0
-    for control in some:
-        square = max(square, moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2)
-    return math.sqrt(square)
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything, at the most."""
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+    moved[:] = 0.0
+    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    sweeps = 0
+    for _round in range(ROUNDS):
+        swept = sweeps
+        while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
+            gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+            gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+            farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+            take_off_shifts(teeth[0], shifts, farthest, gaps)
+            take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
+            sweeps += 1
+            if sweeps < SWEEPS:
+                count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
+                _approach(x, teeth, lips, count, count_lips, state)
+        if sweeps == swept:
+            break
+        count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
+        if count + count_lips == 0:
+            break
+        _enclose(x, corners[3], patches_of_lips[3], corners[6])
+        _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
+    return _deepest(gaps, gaps_lips)

@@ -1,4 +1,4 @@
-"""What the kernels of contact are called with, for some of the points that may touch."""
+"""What the kernels of contact are called with."""
 
 from __future__ import annotations
 
@@ -7,107 +7,103 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import (
-    SWEEPS,
-    deepest,
-    deepest_beside,
-    deepest_of_all,
-    farthest,
-    resolve,
-)
+from risorius.effects.contact_kernels import deepest, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 
-FAR_MOVED = 2.5e-3  # metres: a corner of the mouth that sweeps have moved farther is looked at thoroughly
-OF_CORNER = 0.3  # largest share of a vertex there in a control of the corner
-Numbers = npt.NDArray[np.integer]
-Seeds = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
+AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and a patch that may come near it
+Numbers = npt.NDArray[np.int32]
 
 
 class ContactLook:
-    """Looks at `points` and `vertices`, numbers of those of the tables. Not thread-safe: it owns what it works with.
+    """Looks at all points of the tables. Not thread-safe: it owns what it works with.
 
-    turn (3, 3), origin (3,): of the jaw, as it is when it looks. allowed: metres that a depth may be missed by in
-    `deepest`.
+    turn (3, 3), origin (3,): of the jaw, as it is when it looks.
     """
 
-    def __init__(
-        self, tables: ContactTables, points: Numbers, vertices: Numbers, turn: FloatArray, origin: FloatArray,
-        allowed: float = 0.0,
-    ) -> None:  # fmt: skip
+    def __init__(self, tables: ContactTables, turn: FloatArray, origin: FloatArray) -> None:
         t = tables
-        onset, chosen, facing = t.onset[points], t.vertices[vertices], t.facing[vertices]
         self._teeth = (
-            t.points[points], onset, t.away[points], t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves,
-            *t.least, turn, origin,
+            t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves, *t.least, turn,
+            origin,
         )  # fmt: skip
-        self._lips = (
-            chosen, facing, t.places[vertices], t.triangles, t.across, t.planes, float(t.orientation[0]),
-        )  # fmt: skip
+        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, float(t.orientation[0])
         self._rows = t.row_starts, t.row_controls, t.row_shares
-        self._columns = t.column_starts, t.column_vertices, t.column_shares
+        self._columns = t.column_starts, t.column_vertices, t.column_shares, np.unique(t.column_vertices)
         rows, controls = t.shares, t.shares.shape[1]
-        touching = onset > -1.0
+        touching = t.onset > -1.0
         kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
-        slack = -np.where(touching, onset, 0.0).min(axis=1, initial=0.0) - allowed
-        of_lips = Patches.of(rows[chosen], np.zeros(len(chosen), np.int64))
+        slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
+        sides = _sides(t)[t.vertices]
+        of_lips = Patches.of(rows[t.vertices], sides)
         self._patches = (
-            _tables(Patches.of(rows[t.points[points]], kinds), slack),
-            _tables(of_lips, np.full(len(chosen), -allowed)),
+            _tables(Patches.of(rows[t.points], kinds), slack),
+            _tables(of_lips, np.zeros(len(t.vertices))),
         )
-        beside = sp.csr_matrix(rows.T @ rows)
-        movers = np.where(np.diff(t.row_starts) > 0, np.append(t.row_controls, -1)[t.row_starts[:-1]], -1)
-        self._opposite = (
-            movers[t.triangles[:, 0]].astype(np.int32), beside.indptr.astype(np.int32),
-            beside.indices.astype(np.int32), np.zeros(controls),
-        )  # fmt: skip
-        self._everything = np.arange(max(len(points), len(chosen)), dtype=np.int32)
-        self._candidates = *_rows(t.candidate_starts, t.candidates, vertices), np.zeros(len(t.triangles))
-        corners = rows[t.vertices[np.diff(t.candidate_starts) > 0]]
-        self._corners = np.unique(corners.indices[corners.data > OF_CORNER])
+        self._corners = _corners(t, sides, of_lips)
         self.moved = np.zeros((controls, 3))
+        points, lips = len(t.points), len(t.vertices)
         self._state = (
-            facing.copy(), np.zeros(len(points), np.int32), np.zeros(len(chosen), np.int32), np.zeros(len(points)),
-            np.zeros((len(points), 3)), np.zeros(len(chosen)), np.zeros((len(chosen), 3)), np.zeros((controls, 3)),
-            np.zeros(controls), self.moved, np.zeros(controls),
+            t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
+            np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
+            np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> bool:
+    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        Returns whether that took fewer sweeps than there may be, and no control at a corner of the mouth moved far.
+        Returns metres that any point is left in anything at the most, negative where none is.
         """
-        sweeps = resolve(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._opposite, self._state
-        )
-        return bool(sweeps < SWEEPS and farthest(self.moved, self._corners) < FAR_MOVED)
+        return float(
+            resolve(
+                vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._corners,
+                self._state,
+            )
+        )  # fmt: skip
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
-        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._state))
-
-    def deepest_of_all(self, vertices: npt.NDArray[np.float32]) -> float:
-        """As `deepest`, but each point is looked at, and at corners of the mouth all of the other lip."""
-        return float(
-            deepest_of_all(vertices, self._teeth, self._lips, self._everything, *self._candidates, self._state)
-        )
-
-    def deepest_beside(self, vertices: npt.NDArray[np.float32], seeds: Seeds, seen: ContactLook) -> float:
-        """As `deepest`, of points beside those that another look has just `seen`."""
-        return float(
-            deepest_beside(
-                vertices, self._teeth, self._lips, self._state, *seeds, seen._teeth[0], seen._lips[0], seen._state
-            )
-        )
+        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._corners, self._state))
 
 
-def _rows(starts: npt.NDArray[np.int32], entries: npt.NDArray[np.int32], rows: Numbers) -> tuple[npt.NDArray[Any], ...]:
-    """Starts and entries of some rows."""
-    table = [entries[starts[row] : starts[row + 1]] for row in rows]
-    return np.cumsum([0, *map(len, table)]).astype(np.int32), np.concatenate([entries[:0], *table])
+def _sides(tables: ContactTables) -> Numbers:
+    """(n,) for each vertex number one of a lip, its side 0 or 1, -1 where none is known: what faces is opposite."""
+    count, corners = len(tables.row_starts) - 1, tables.triangles
+    if not len(tables.vertices):
+        return np.full(count, -1, np.int32)
+    faced = corners[tables.facing, 0]
+    same = np.concatenate([corners[:, [0, 1]], corners[:, [0, 2]]])
+    pairs = np.concatenate(
+        [same, same + count, np.column_stack([tables.vertices, faced + count]),
+         np.column_stack([tables.vertices + count, faced])]
+    )  # fmt: skip
+    linked = sp.coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(2 * count, 2 * count))
+    label = connected_components(linked, directed=False)[1]
+    first = label[tables.vertices[0]]
+    return np.where(label[:count] == first, 0, np.where(label[count:] == first, 1, -1)).astype(np.int32)
+
+
+def _corners(tables: ContactTables, sides: npt.NDArray[np.integer], patches: Patches) -> tuple[npt.NDArray[Any], ...]:
+    """Patches of the other lip near each of the vertices at a corner of the mouth, and triangles around each vertex."""
+    t, leaders = tables, patches.leaders
+    corner = np.flatnonzero(np.diff(t.candidate_starts))
+    rows = sp.lil_matrix((len(t.vertices), len(leaders)), dtype=bool)
+    if len(corner):
+        found = cKDTree(t.places[leaders]).query_ball_point(t.places[corner], AROUND)
+        for number, others in zip(corner, found, strict=True):
+            rows[number, [patch for patch in others if sides[leaders[patch]] != sides[number]]] = True
+    near = sp.csr_matrix(rows)
+    ends = np.ones(t.triangles.size, bool), t.triangles.ravel(), np.arange(0, t.triangles.size + 1, 3)
+    fans = sp.csr_matrix(sp.csr_matrix(ends, shape=(len(t.triangles), len(t.row_starts) - 1)).T)
+    return (
+        near.indptr.astype(np.int32), near.indices.astype(np.int32), t.vertices[leaders[near.indices]],
+        t.vertices[patches.order], fans.indptr.astype(np.int32), fans.indices.astype(np.int32), np.zeros(len(leaders)),
+    )  # fmt: skip
 
 
 def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
-    return patches.leaders, slack, patches.order, patches.starts, patches.control_starts, patches.controls
+    return patches.leaders, slack, patches.order, patches.starts

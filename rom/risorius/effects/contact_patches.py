@@ -20,15 +20,10 @@ Numbers = npt.NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Patches:
-    """order (k,): numbers of points, patch after patch, its leader first; starts (g + 1,) of the patches therein.
-
-    control_starts (g + 1,) and controls: those that move any point of a patch.
-    """
+    """order (k,): numbers of points, patch after patch, its leader first; starts (g + 1,) of the patches therein."""
 
     order: Numbers
     starts: Numbers
-    control_starts: Numbers
-    controls: Numbers
 
     @classmethod
     def of(cls, rows: sp.csr_matrix, kinds: npt.NDArray[np.integer]) -> Patches:
@@ -38,9 +33,7 @@ class Patches:
         order = np.lexsort((-shares.max(axis=1), nearest, kinds)).astype(np.int32)
         begins = np.flatnonzero(np.diff(kinds[order], prepend=-1) | np.diff(nearest[order], prepend=-1))
         starts = np.append(begins, len(order)).astype(np.int32)
-        patch = np.repeat(np.arange(len(begins)), np.diff(starts))
-        movers = sp.csr_matrix((np.ones(len(order)), (patch, order)), shape=(len(begins), len(order))) @ rows
-        return cls(order, starts, movers.indptr.astype(np.int32), movers.indices.astype(np.int32))
+        return cls(order, starts)
 
     @property
     def leaders(self) -> Numbers:
@@ -78,38 +71,41 @@ def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type
 
 
 @_compiled
-def take_off_steps(order, starts, control_starts, controls, steps, gaps):  # type: ignore[no-untyped-def]
-    """Take off gaps (k,) what steps (c,) of the controls may have moved the points by."""
-    for patch in range(len(starts) - 1):
-        step = 0.0
-        for e in range(control_starts[patch], control_starts[patch + 1]):
-            step = max(step, steps[controls[e]])
-        for e in range(starts[patch], starts[patch + 1]):
-            gaps[order[e]] -= step
+def take_off_shifts(points, shifts, farthest, gaps):  # type: ignore[no-untyped-def]
+    """Take off gaps (k,) by how much the points have moved, shifts (n, 3), none farther than `farthest`."""
+    for number in range(len(points)):
+        if gaps[number] > 4.0 * farthest:
+            gaps[number] -= farthest
+            continue
+        p = points[number]
+        a, b, c = shifts[p, 0], shifts[p, 1], shifts[p, 2]
+        square = a * a + b * b + c * c
+        if square > 0.0:
+            gaps[number] -= math.sqrt(square)
 
 
 @_compiled
-def take_off_opposite_steps(at, movers, beside_starts, beside, steps, around, gaps):  # type: ignore[no-untyped-def]
-    """Take off gaps (k,) what steps (c,) of the controls may have moved what is opposite, the triangles `at` (k,), by.
-
-    movers (t,): one of the controls that move each triangle, -1 where none does; beside: those that overlap with each.
-    around (c,) is overwritten.
-    """
-    for control in range(len(steps)):
-        around[control] = 0.0
-        for e in range(beside_starts[control], beside_starts[control + 1]):
-            around[control] = max(around[control], steps[beside[e]])
-    for number in range(len(at)):
-        if movers[at[number]] >= 0:
-            gaps[number] -= around[movers[at[number]]]
+def take_off_shifts_apart(points, triangles, at, shifts, farthest, gaps):  # type: ignore[no-untyped-def]
+    """Take off gaps (k,) by how much the points and the triangles `at` (k,) may have come closer, shifts (n, 3)."""
+    for number in range(len(points)):
+        if gaps[number] > 4.0 * farthest:
+            gaps[number] -= 2.0 * farthest
+            continue
+        p, t, square = points[number], at[number], 0.0
+        for k in range(3):
+            q = triangles[t, k]
+            a, b, c = shifts[p, 0] - shifts[q, 0], shifts[p, 1] - shifts[q, 1], shifts[p, 2] - shifts[q, 2]
+            square = max(square, a * a + b * b + c * c)
+        if square > 0.0:
+            gaps[number] -= math.sqrt(square)
 
 
 @_compiled
-def below_zero(gaps, which):  # type: ignore[no-untyped-def]
-    """Write the numbers of gaps (k,) that are negative; return how many."""
+def below(limit, gaps, which):  # type: ignore[no-untyped-def]
+    """Write the numbers of gaps (k,) that are smaller than a limit; return how many."""
     found = 0
     for number in range(len(gaps)):
-        if gaps[number] < 0.0:
+        if gaps[number] < limit:
             which[found] = number
             found += 1
     return found

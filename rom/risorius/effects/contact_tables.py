@@ -146,6 +146,26 @@ class ContactTables:
             **_shares(self.shares[part.vertices]),
         )
 
+    def only(self, points: npt.NDArray[np.bool_], vertices: npt.NDArray[np.bool_]) -> ContactTables:
+        """Tables of some of the points (k,) that may touch teeth, and some of the vertices (l,) of the lips."""
+        return replace(
+            self,
+            points=self.points[points],
+            onset=self.onset[points],
+            away=self.away[points],
+            vertices=self.vertices[vertices],
+            facing=self.facing[vertices],
+            **self._candidates_within(vertices, np.arange(len(self.triangles), dtype=np.int32)),
+            places=self.places[vertices],
+            seeds=_left(self.seeds, points),
+            lip_seeds=_left(self.lip_seeds, vertices),
+        )
+
+    def jaw(self, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Turn (3, 3) and origin (3,) of the jaw's teeth at coordinates (r,): they are at turn @ place + origin."""
+        moved = np.tensordot(coordinates[: len(self.transforms)], self.transforms, axes=1)
+        return np.ascontiguousarray(np.eye(3) + moved[:3, :3]), moved[:3, 3].copy()
+
     def _candidates_within(self, vertices: npt.NDArray[np.bool_], new: npt.NDArray[np.int32]) -> dict[str, Any]:
         shape = len(self.vertices), len(self.triangles)
         ones = np.ones(len(self.candidates), np.int8)

@@ -63,6 +63,11 @@ class Effect(Protocol):
         """Joules of what moves in the last frame; 0 where nothing has mass."""
         ...
 
+    @property
+    def gave_way(self) -> float:
+        """Metres that it has taken any vertex from what was asked for in the last frame, where it could not show it."""
+        ...
+
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Effect | None:
         """Return that of a face whose coordinates have fields (r, n, 3) on all nodes; None where `needs` is missing."""

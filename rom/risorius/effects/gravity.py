@@ -41,6 +41,7 @@ class Gravity:
     name: ClassVar[str] = "gravity"
     needs: ClassVar[str] = "snapshots of this release that hold derivatives"
     energy: ClassVar[float] = 0.0
+    gave_way: ClassVar[float] = 0.0
 
     def __init__(
         self, fields: npt.NDArray[np.float32], width: float, states: FloatArray, mean: FloatArray, weights: FloatArray

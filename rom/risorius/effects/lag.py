@@ -15,19 +15,18 @@ NEGLIGIBLE = 1e-6  # newtons, or metres per second squared: a load that has ende
 
 
 @numba.njit(cache=True)
-def lag(step, tau, before, after, lagged):  # type: ignore[no-untyped-def]
-    """Take loads (k,) that lag on by a step in which those asked for go from `before` to `after`."""
-    decay = math.exp(-step / tau)
+def lag(step, times, before, after, lagged):  # type: ignore[no-untyped-def]
+    """Take loads (k,) that lag by times (k,) on by a step in which those asked for go from `before` to `after`."""
     for k in range(len(lagged)):
-        ahead = tau * (after[k] - before[k]) / step
-        lagged[k] = after[k] - ahead + decay * (lagged[k] - before[k] + ahead)
+        ahead = times[k] * (after[k] - before[k]) / step
+        lagged[k] = after[k] - ahead + math.exp(-step / times[k]) * (lagged[k] - before[k] + ahead)
 
 
 class OutsideLoads:
     """Gravity, as its change from upright, and touches, with a lag of tau seconds."""
 
     def __init__(self, tau: float) -> None:
-        self._tau = tau
+        self._times = np.full(3, tau)
         self._asked: dict[int | None, FloatArray] = {}
         self._lagged: dict[int | None, FloatArray] = {}
 
@@ -39,7 +38,7 @@ class OutsideLoads:
             return surroundings
         for place in asked.keys() | self._lagged.keys():
             before, after = self._asked.get(place, _NOTHING), asked.get(place, _NOTHING)
-            lag(step, self._tau, before, after, self._lagged.setdefault(place, np.zeros(3)))
+            lag(step, self._times, before, after, self._lagged.setdefault(place, np.zeros(3)))
             if place not in asked and np.abs(self._lagged[place]).max() < NEGLIGIBLE:
                 del self._lagged[place]
         self._asked = asked

@@ -7,6 +7,7 @@ goes as far with the jaw as elastic tissue does.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 
 import h5py
@@ -65,12 +66,13 @@ class Retreat:
     def go(
         self, share: float, before: npt.NDArray[np.float32], turn: FloatArray, origin: FloatArray,
         vertices: npt.NDArray[np.float32],
-    ) -> None:  # fmt: skip
+    ) -> float:  # fmt: skip
         """Write where `vertices` (n, 3) get from where they were `before` by going a share of the way back.
 
-        The jaw's teeth are at turn @ place + origin.
+        The jaw's teeth are at turn @ place + origin. Returns metres that any goes at the most.
         """
-        _go(np.float32(share), before, turn, origin, self.vertices, self.places, self.carried, self.most, vertices)
+        tables = self.vertices, self.places, self.carried, self.most
+        return float(_go(np.float32(share), before, turn, origin, *tables, vertices))
 
     def within(self, part: Part) -> Retreat:
         """That of what a part holds of the face."""
@@ -127,12 +129,17 @@ def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> Fl
 
 @numba.njit(cache=True, error_model="numpy")
 def _go(share, before, turn, origin, numbers, places, carried, most, out):  # type: ignore[no-untyped-def]
+    farthest = 0.0
     for entry in range(len(numbers)):
-        vertex, part = numbers[entry], share * most[entry]
+        vertex, part, square = numbers[entry], share * most[entry], 0.0
         for i in range(3):
             place = places[entry, i]
             moved = origin[i] - place
             for j in range(3):
                 moved += turn[i, j] * places[entry, j]
             target = place + carried[entry] * moved
-            out[vertex, i] = before[vertex, i] + part * (target - before[vertex, i])
+            way = part * (target - before[vertex, i])
+            out[vertex, i] = before[vertex, i] + way
+            square += way * way
+        farthest = max(farthest, square)
+    return math.sqrt(farthest)

@@ -52,6 +52,7 @@ class TouchResponse:
     name: ClassVar[str] = "touch"
     needs: ClassVar[str] = "snapshots of this release without the force-length relation"
     energy: ClassVar[float] = 0.0
+    gave_way: ClassVar[float] = 0.0
 
     def __init__(self, tissue: Tissue, weights: sp.csr_matrix, order: tuple[int, int, int], carriers: int) -> None:
         self.fields: npt.NDArray[np.float32] = np.zeros((0, carriers, 3), np.float32)

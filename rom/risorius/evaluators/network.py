@@ -52,6 +52,18 @@ class Member:
         """Return that of some modes of either kind, by their positions."""
         return replace(self, even=np.ascontiguousarray(self.even[:, even]), odd=np.ascontiguousarray(self.odd[:, odd]))
 
+    def of(self, parameters: npt.NDArray[np.int64]) -> Member:
+        """Return that of some parameters, the others of which are always 0: so is what they put into any sum."""
+        features = np.concatenate([parameters, np.arange(len(self.first), len(self.second))])
+        return replace(
+            self,
+            competition=np.ascontiguousarray(self.competition[np.ix_(parameters, parameters)]),
+            first=self.first[parameters],
+            second=self.second[features],
+            even=self.even[features],
+            odd=self.odd[features],
+        )
+
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
         for name, value in vars(self).items():
@@ -122,8 +134,14 @@ class NetworkMap:
         return self._only(np.arange(setting.rank), self.inputs)
 
     def within(self, part: Part) -> NetworkMap:
-        """Return that of the parameters and modes of a part."""
-        return self._only(part.modes, self.inputs[part.parameters])
+        """Return that of the parameters and modes of a part; of other parameters only mirror images are left."""
+        left, partner = self._only(part.modes, self.inputs[part.parameters]), self.reflection.partner
+        kept = np.union1d(left.inputs, partner[left.inputs])
+        reflection = Reflection(
+            np.searchsorted(kept, partner[kept]), self.reflection.sign[kept], left.reflection.parity
+        )
+        members = tuple(member.of(kept) for member in left.members)
+        return NetworkMap(members, reflection, np.searchsorted(kept, left.inputs))
 
     def _only(self, modes: npt.NDArray[np.int64], inputs: npt.NDArray[np.int64]) -> NetworkMap:
         even, odd = (np.flatnonzero(np.isin(numbers, modes)) for numbers in self._modes)

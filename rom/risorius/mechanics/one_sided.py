@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import h5py
@@ -52,6 +53,11 @@ class OneSidedSprings:
     def on(self, components: npt.NDArray[np.integer]) -> OneSidedSprings:
         """The springs where only some components of the displacement are not 0, and are all that is given."""
         return OneSidedSprings(sp.csr_matrix(self.rows[:, components]), self.play, self.strength)
+
+    def mean_stiffness(self, displacements: Iterable[FloatArray]) -> sp.csr_matrix:
+        """Mean second derivatives (3 n, 3 n), N/m, of the energy at displacements (n, 3) each, one at least."""
+        slopes = [2.0 * self.strength * np.maximum(0.0, -self.play - self.rows @ u.ravel()) for u in displacements]
+        return sp.csr_matrix(self.rows.T @ sp.diags_array(np.mean(slopes, axis=0)) @ self.rows)
 
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""

@@ -18,7 +18,6 @@ from risorius.report.machine import load, machine
 from risorius.report.measuring import Times, in_turn
 from risorius.report.results import Results, Row
 from risorius.snapshot_file import SnapshotSet, solve_seconds
-from risorius.training import single_actions
 
 FRAMES = 2000
 UNKNOWN = OfflineCost(None, None, None)
@@ -114,7 +113,7 @@ def _times(
 def _offline_costs(model: ReducedModel, tried: Tried) -> tuple[OfflineCost, OfflineCost]:
     """Of the model, and of superposition, which needs no more than the single actions."""
     seconds, trained = solve_seconds(tried.path), model.provenance.get("snapshots")
-    used, singles = seconds[~tried.snapshots.held_out], seconds[single_actions(tried.snapshots)]
+    used, singles = seconds[~tried.snapshots.held_out], seconds[tried.snapshots.single_actions()]
     grown = len(used) != trained  # since the model was trained: which snapshots it knew is not recorded
     return (
         OfflineCost(trained, None if grown else float(used.sum()), model.provenance.get("training_cpu_seconds")),

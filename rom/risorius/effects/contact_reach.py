@@ -1,0 +1,116 @@
+"""What of the skin the inputs of a scene can bring to touch anything; the rest of contact is left out of its frames.
+
+Gaps are taken from frames of a sample of the inputs, before contact has moved anything and after it. A point is left
+out if it stays clear by MARGIN, and by half of what its gap has shrunk by since it was at rest. Corners of the mouth
+stay whole: the way downhill to the nearest triangle may end early there, and tell of a gap that is none. Neither
+touches nor a head that is shaken are in the sample: in their frames everything is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from risorius.effects.contact import Contact
+from risorius.effects.contact_kernels import gaps_to_lips, gaps_to_teeth
+from risorius.effects.contact_tables import ContactTables
+from risorius.effects.effect import UPRIGHT, Surroundings
+from risorius.evaluators.setting import Setting
+from risorius.jaw import FloatArray
+from risorius.part import Part
+
+Flags = npt.NDArray[np.bool_]
+Frames = Iterable[tuple[FloatArray, npt.NDArray[np.float32]]]
+"""Coordinates (l + r,) and vertices (n, 3) of each, before contact."""
+
+MARGIN = 0.25e-3  # metres
+SHRUNK = 0.5  # of the shrinking of a gap
+HEAVIEST = 1.01 * -UPRIGHT[1]  # m/s2: of frames that are sampled
+
+
+class ReachableContact(Contact):
+    """Contact that looks at the points of `tables` where nothing but inputs, weight and inertia acts, else at all."""
+
+    def __init__(self, tables: ContactTables, everything: Contact) -> None:
+        super().__init__(tables, everything.retreat, everything.geometry, everything.fields.shape[1])
+        self._everything, self._sampled = everything, True
+
+    @classmethod
+    def of(cls, contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -> ReachableContact:
+        """Contact for inputs that bring about `frames` of a face at rest (n, 3)."""
+        return cls(contact.tables.only(*reachable(contact, rest, frames)), contact)
+
+    def respond(
+        self, parameters: FloatArray, coordinates: FloatArray, own: FloatArray, surroundings: Surroundings
+    ) -> None:
+        """Remember whether anything acts that no sample tells of."""
+        gravity = surroundings.gravity
+        light = gravity is None or bool(gravity @ gravity <= HEAVIEST * HEAVIEST)
+        self._sampled = light and not surroundings.touches
+
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+        """Move vertices (n, 3) out of teeth and lips, in place."""
+        if self._sampled:
+            super().finish(coordinates, vertices)
+        else:
+            self._everything.finish(coordinates, vertices)
+            self.gave_way = self._everything.gave_way
+
+    def at(self, setting: Setting) -> ReachableContact:
+        """Return the effect with a state of its own; it is the same for any number of modes."""
+        return ReachableContact(self.tables, self._everything.at(setting))
+
+    def within(self, part: Part) -> ReachableContact:
+        """Return the effect of what a part holds of the lips."""
+        return ReachableContact(self.tables.within(part), self._everything.within(part))
+
+    def in_axes(self, order: tuple[int, int, int]) -> ReachableContact:
+        """Return the effect for vertices whose components are in another order."""
+        return ReachableContact(self.tables.in_axes(order), self._everything.in_axes(order))
+
+    def write(self, group: h5py.Group) -> None:
+        """Store what is looked at where anything may act."""
+        self._everything.write(group)
+
+
+def reachable(contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -> tuple[Flags, Flags]:
+    """Points (k,) for teeth and vertices (l,) of the lips that frames of a face at rest (n, 3) let come to touch."""
+    gaps = _Gaps(contact.tables)
+    at_rest = tuple(gap.copy() for gap in gaps.of(np.zeros(contact.tables.transforms.shape[0]), rest))
+    least = tuple(gap.copy() for gap in at_rest)
+    for coordinates, vertices in frames:
+        for _ in range(2):
+            for smallest, now in zip(least, gaps.of(coordinates, vertices), strict=True):
+                np.minimum(smallest, now, out=smallest)
+            contact.finish(coordinates, vertices)
+    first, second = (
+        gap - np.maximum(MARGIN, SHRUNK * (before - gap)) <= 0.0 for before, gap in zip(at_rest, least, strict=True)
+    )
+    return first, second | (np.diff(contact.tables.candidate_starts) > 0)
+
+
+class _Gaps:
+    """Gaps of all points of tables, one frame after another."""
+
+    def __init__(self, tables: ContactTables) -> None:
+        self._tables = tables
+        points, lips = len(tables.points), len(tables.vertices)
+        self._which = np.arange(max(points, lips), dtype=np.int32)
+        self._teeth, self._ways = np.empty(points), np.empty((points, 3))
+        self._lips, self._ways_lips = np.empty(lips), np.empty((lips, 3))
+
+    def of(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
+        """Gaps (k,) to teeth and (l,) to the other lip; the next call overwrites them."""
+        t, at = self._tables, self._tables.facing.copy()
+        gaps_to_teeth(
+            vertices, t.points, self._which, len(t.points), t.onset, t.away, t.distances, t.starts, t.shapes, t.lows,
+            t.spacings, t.moves, *t.least, *t.jaw(coordinates), self._teeth, self._ways,
+        )  # fmt: skip
+        gaps_to_lips(
+            vertices, t.vertices, self._which, len(t.vertices), at, t.places, t.triangles, t.across, t.planes,
+            float(t.orientation[0]), self._lips, self._ways_lips,
+        )  # fmt: skip
+        return self._teeth, self._lips
