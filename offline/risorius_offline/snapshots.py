@@ -22,7 +22,6 @@ from risorius_offline.cluster import ModelOnWorker
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.effect_choice import EffectChoice
-from risorius_offline.full_model import FullModel
 from risorius_offline.leaning import leaning_at_rest
 from risorius_offline.one_sided import springs_at_rest
 from risorius_offline.paths import Status, solve_waiting
@@ -45,8 +44,7 @@ class FullModelChoice:
 
     def face(self) -> Face:
         """What the file holds beside snapshots."""
-        model = FullModel(self.anatomy)
-        acting = self.effects.model(self.anatomy)
+        model = self.effects.model(self.anatomy)
         return Face(
             name=self.anatomy.name,
             muscles=self.anatomy.inputs.muscles,
@@ -58,8 +56,8 @@ class FullModelChoice:
             lift_fields=model.lift_fields,
             body=None if self.effects.force_length else body_of(model),
             contact=None if self.effects.contact == ContactChoice.NONE else contact_geometry(self.anatomy),
-            leaning=leaning_at_rest(acting) if self.derivatives else None,
-            springs=springs_at_rest(acting),
+            leaning=leaning_at_rest(model) if self.derivatives else None,
+            springs=springs_at_rest(model),
         )
 
 
