@@ -37,7 +37,8 @@ PLACES = {
     "wing of the nose": (15.0, -20.0, 101.0),
     "chin": (0.0, -78.0, 94.0),
 }
-FROM_MIDLINE = (5, 10, 20)  # millimetres on the right
+FROM_MIDLINE = (0, 5, 10, 15, 20)  # millimetres on the right
+ROUNDING = 1e-9  # metres, of the place of vertices on the midline, which are of neither half
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def print_one_sided(anatomy: Anatomy, solver: EquilibriumSolver) -> None:
     for name in (name for name in anatomy.inputs.names if name.startswith("AU") and name.endswith("_L")):
         parameters = anatomy.inputs.to_parameters(anatomy.inputs.weights({name: 1.0}))
         moved = np.linalg.norm(skin.weights @ solver.solve(parameters).u, axis=1)
-        shares = [moved[skin.points[:, 0] < -1e-3 * far].max() / moved.max() for far in FROM_MIDLINE]
+        shares = [moved[skin.points[:, 0] < -1e-3 * far - ROUNDING].max() / moved.max() for far in FROM_MIDLINE]
         cells = "".join(f" {100 * share:.0f} % |" for share in shares)
         print(f"| {name.removesuffix('_L')} | {1e3 * moved.max():.1f} |{cells}", flush=True)
 

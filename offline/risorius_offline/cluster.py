@@ -94,6 +94,11 @@ class ModelOnWorker(WorkerPlugin):
         return self._solvers.solver
 
 
+def prepare_worker(name: str) -> None:
+    """Put together the solver for the model of that name, which samples would wait for."""
+    get_worker().plugins[name].solver()
+
+
 def solve_on_worker(
     name: str,
     parameters: FloatArray,

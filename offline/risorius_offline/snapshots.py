@@ -18,11 +18,10 @@ from risorius.snapshot_store import Samples, SnapshotStore, create, opened
 from risorius.storage import require_folder_of
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.body import body_of
-from risorius_offline.cluster import ModelOnWorker
+from risorius_offline.cluster import ModelOnWorker, prepare_worker
 from risorius_offline.contact_choice import ContactChoice
 from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.effect_choice import EffectChoice
-from risorius_offline.full_model import FullModel
 from risorius_offline.leaning import leaning_at_rest
 from risorius_offline.one_sided import springs_at_rest
 from risorius_offline.paths import Status, solve_waiting
@@ -45,8 +44,7 @@ class FullModelChoice:
 
     def face(self) -> Face:
         """What the file holds beside snapshots."""
-        model = FullModel(self.anatomy)
-        acting = self.effects.model(self.anatomy)
+        model = self.effects.model(self.anatomy)
         return Face(
             name=self.anatomy.name,
             muscles=self.anatomy.inputs.muscles,
@@ -58,8 +56,8 @@ class FullModelChoice:
             lift_fields=model.lift_fields,
             body=None if self.effects.force_length else body_of(model),
             contact=None if self.effects.contact == ContactChoice.NONE else contact_geometry(self.anatomy),
-            leaning=leaning_at_rest(acting) if self.derivatives else None,
-            springs=springs_at_rest(acting),
+            leaning=leaning_at_rest(model) if self.derivatives else None,
+            springs=springs_at_rest(model),
         )
 
 
@@ -83,7 +81,7 @@ def solve_design(run: Run, plan: Samples, client: Client, report: Callable[[Stat
     A sample without an equilibrium is recorded with its reason; it never stops the run. Raises InputError when the file
     holds snapshots of something else, SolverError when no sample at all was solved or the scheduler was lost.
     """
-    with opened_for(run) as store, model_on_workers(client, run.choice) as model:
+    with model_on_workers(client, run.choice) as model, opened_for(run) as store:
         store.add(missing(store, plan))
         solve_waiting(store, client, model, report)
         require_some(store)
@@ -111,7 +109,10 @@ def opened_for(run: Run) -> Iterator[SnapshotStore]:
 
 @contextmanager
 def model_on_workers(client: Client, choice: FullModelChoice) -> Iterator[str]:
-    """Send the full model to all workers, of now and later; yield the name that it has there."""
+    """Send the full model to all workers, of now and later; yield the name that it has there.
+
+    Those of now put it together meanwhile.
+    """
     model = f"risorius-{choice.anatomy.checksum()[:12]}-{abs(hash(choice.effects)):x}-{choice.derivatives}"
     plugin = ModelOnWorker(model, choice.anatomy, choice.effects, derivatives=choice.derivatives)
     try:
@@ -121,10 +122,12 @@ def model_on_workers(client: Client, choice: FullModelChoice) -> Iterator[str]:
             f"scheduler {client.scheduler.address}: its workers have no module {error.name!r}; install there what is "
             "installed here: pip install 'risorius[offline]'"
         ) from error
+    preparing = [client.submit(prepare_worker, model, workers=[worker], pure=False) for worker in client.nthreads()]
     try:
         yield model
     finally:
         if client.status == "running":
+            client.cancel(preparing)
             client.unregister_worker_plugin(model)
 
 

@@ -28,6 +28,7 @@ from risorius.snapshot_file import BLOCK, SnapshotSet
 from risorius.symmetry import mirror_of
 
 ELEMENTS = 400  # of the corrected map
+USUAL = ("single", "ramp", "expression")  # kinds of snapshots that the map has to meet
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         reflection=modal.reflection,
     )
     rational = RationalMap.fit(observations)
-    learned = rational if modal.derivatives is None else fit_network(observations)
+    usual = np.flatnonzero(np.isin(np.array(snapshots.kinds)[used], USUAL))
+    learned = rational if modal.derivatives is None else fit_network(observations).completed(observations.only(usual))
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(actions),
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),

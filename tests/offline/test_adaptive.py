@@ -25,7 +25,7 @@ def run(tmp_path):
 
 def refined(run, client, goal):
     told = []
-    with opened_for(run) as store, model_on_workers(client, run.choice) as model:
+    with model_on_workers(client, run.choice) as model, opened_for(run) as store:
         if not len(store.parameters):
             store.add(design(run.choice.anatomy.inputs, 8, 4, goal.seed))
         error = refine(store, client, model, told.append, goal)

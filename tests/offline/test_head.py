@@ -23,6 +23,7 @@ from tests.full_head import MUSCLES
 from tests.offline.head_measures import distances, level, openings, soft_tissue_depths, triangles
 
 MIDDLE_OF_THE_BROW = (28.0, 38.0, 87.0)
+CHIN = (0.0, -78.0, 94.0)
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
@@ -77,6 +78,23 @@ def test_nodes_cells_and_what_holds_them_are_mirror_images(adult_head):
     left, right = (np.array(centre) for centre in adult_head.lid_motion.centres)
     np.testing.assert_array_equal(left * MIRROR, right)
     assert adult_head.jaw_motion.condyle_centre[0] == 0.0
+
+
+def test_frenula_hold_the_lips_at_the_midline_alone_each_to_the_bone_of_its_teeth(sculpted_head):
+    deep = MILLIMETRES * level(sculpted_head, 0) + SELLION
+    skull, jaw = (held[: len(deep)] for held in (sculpted_head.skull, sculpted_head.jaw))
+    near = (deep[:, 2] > 75.0) & (np.abs(deep[:, 0]) < 5.0)
+    at_midline = deep[:, 0] == 0.0
+    upper, lower = ((deep[:, 1] > low) & (deep[:, 1] < high) & near for low, high in ((-33.0, -26.0), (-61.0, -56.5)))
+    assert (upper & at_midline).any()
+    assert (lower & at_midline).any()
+    np.testing.assert_array_equal(skull[upper], at_midline[upper])
+    np.testing.assert_array_equal(jaw[lower], at_midline[lower])
+
+
+def test_mentalis_raises_the_chin_and_not_its_own_origin(adult_head):
+    _, up, _ = moved(adult_head, {"AU17": 1.0})[place_on_skin(adult_head, CHIN)]
+    assert up > 5e-3
 
 
 def test_muscles_are_mirror_images(adult_head):

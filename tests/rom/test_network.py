@@ -22,12 +22,26 @@ from tests.rom.test_rational_map import (
 from risorius.errors import InputError
 from risorius.evaluators import RationalMap, Setting, network_fit
 from risorius.evaluators.network_fit import NetworkFit, fit_network, views
+from risorius.evaluators.remainder import RIDGE, WIDTH
 from risorius.part import Part
 
 
 @pytest.fixture(scope="module")
 def learned():
     return fit_network(observed(symmetric, 40, reflection=REFLECTION))
+
+
+@pytest.fixture(scope="module")
+def usual():
+    """Inputs of one parameter each, four widths from each other."""
+    single = np.eye(COUNT)
+    coordinates = np.array([symmetric(p) for p in single])
+    return replace(observed(symmetric, COUNT), parameters=single, coordinates=coordinates, reflection=REFLECTION)
+
+
+@pytest.fixture(scope="module")
+def completed(learned, usual):
+    return learned.completed(usual)
 
 
 @pytest.fixture
@@ -106,9 +120,30 @@ def replace_members(learned, member):
     return replace(learned, members=(member,))
 
 
+def test_what_it_misses_at_usual_inputs_is_added_there_and_nowhere_else(learned, completed, usual):
+    """All but RIDGE / (1 + RIDGE) of it at centres that do not see each other; two widths off a seventh is added."""
+    missed = answers(learned, usual.parameters) - usual.coordinates
+    left = answers(completed, usual.parameters) - usual.coordinates
+    assert np.abs(missed).max() > 1e-3
+    np.testing.assert_allclose(left, missed * RIDGE / (1.0 + RIDGE), atol=0.03 * np.abs(missed).max())
+    beside = usual.parameters * (1.0 + 2.0 * WIDTH)
+    added = answers(completed, beside) - answers(learned, beside)
+    np.testing.assert_allclose(added, -np.exp(-2.0) * missed, atol=0.03 * np.abs(missed).max())
+    far = 2.0 * np.ones((1, COUNT))
+    np.testing.assert_array_equal(answers(completed, far), answers(learned, far))
+
+
+def test_what_is_added_is_nothing_at_rest_and_symmetric(completed):
+    test_it_is_exact_at_rest(completed)
+    np.testing.assert_allclose(answers(completed, np.full((1, COUNT), 1e-6)), 0.0, atol=1e-5)
+    test_on_a_symmetric_face_it_is_symmetric(completed)
+
+
+@pytest.mark.parametrize("kind", ["learned", "completed"])
 @pytest.mark.parametrize(("left", "kept"), [([0, 2, 4], 5), ([1], 2), ([4], 1), ([0, 1], 2)])
-def test_a_part_answers_as_the_whole_does(learned, left, kept):
+def test_a_part_answers_as_the_whole_does(kind, left, kept, request):
     """Of other parameters only mirror images are left, which would add nothing but zeros to any sum."""
+    learned = request.getfixturevalue(kind)
     parameters = np.zeros(COUNT)
     parameters[left] = observed(symmetric, 1, seed=6).parameters[0, left]
     whole, part = answers(learned, parameters[None])[0], np.empty(2)
@@ -118,14 +153,18 @@ def test_a_part_answers_as_the_whole_does(learned, left, kept):
     assert few.members[0].first.shape == (kept, 4 * COUNT)
 
 
-def test_leading_modes_are_those_of_the_whole(learned):
+@pytest.mark.parametrize("kind", ["learned", "completed"])
+def test_leading_modes_are_those_of_the_whole(kind, request):
+    learned = request.getfixturevalue(kind)
     parameters = observed(symmetric, 1, seed=7).parameters[0]
     leading = np.empty(2)
     learned.at(Setting("network", 2)).coordinates(parameters, leading)
     np.testing.assert_allclose(leading, answers(learned, parameters[None])[0][:2], atol=1e-6)
 
 
-def test_a_stored_network_answers_as_before(tmp_path, learned):
+@pytest.mark.parametrize("kind", ["learned", "completed"])
+def test_a_stored_network_answers_as_before(tmp_path, kind, request):
+    learned = request.getfixturevalue(kind)
     with h5py.File(tmp_path / "map.h5", "w") as file:
         learned.write(file.create_group("map"))
         stored = type(learned).read(file["map"])

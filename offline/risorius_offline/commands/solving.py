@@ -74,7 +74,7 @@ def _solve(run: Run, options: RunOptions, client: Client, shown: Display) -> lis
     """Return why samples could not be solved."""
     anatomy = run.choice.anatomy
     first = replace(options, count=round(SHARE_OF_DESIGN * options.count)) if options.adaptive else options
-    with opened_for(run) as store, model_on_workers(client, run.choice) as model:
+    with model_on_workers(client, run.choice) as model, opened_for(run) as store:
         store.add(missing(store, _plan(anatomy, first)))
         if options.adaptive:
             goal = Goal(

@@ -1,8 +1,8 @@
 """What the deep side of the face is held by: skull, mandible, lid plates, or nothing.
 
 Regions are told by the place of the deep node in the frame of `skin.py`, millimetres. Free are lips and cheeks in front
-of teeth and gums, the wings of the nose, the lids and the floor of the mouth with the neck (the seed's natural
-boundary).
+of teeth and gums but for the frenula, the wings of the nose, the lids and the floor of the mouth with the neck (the
+seed's natural boundary).
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from risorius_offline.head.skin import EYE_RADIUS, distance_to_eye
 Flags = npt.NDArray[np.bool_]
 
 VESTIBULE = (-62.0, -25.0)  # height of its lower and upper fornix
+FRENULA = (-56.5, -33.0)  # where the frenula of the lips, which run from the fornices along the midline, leave the gums
+FRENULUM = 1.0  # half of its width
 MASSETER_FRONT = 44.0  # z of its anterior border; cheeks are free in front of it
 CHEEK_TOP = -16.0  # where cheeks hang from the zygoma
 ORBIT = 23.0  # from the eyeball's centre: soft tissue within it lies on no bone
@@ -57,12 +59,15 @@ def attachments(deep: FloatArray, to_rim: FloatArray, margins: FloatArray) -> At
     to_eye = distance_to_eye(deep)
     orbit = to_eye < ORBIT
     cheek = (z > MASSETER_FRONT) & (y > VESTIBULE[0]) & (y < np.where(x > 30.0, CHEEK_TOP, VESTIBULE[1]))
+    upper_frenulum = cheek & (x < FRENULUM) & (y > FRENULA[1])
+    lower_frenulum = cheek & (x < FRENULUM) & (y < FRENULA[0])
+    cheek &= ~(upper_frenulum | lower_frenulum)
     wings = (x > WINGS[0]) & (x < WINGS[1]) & (y < WINGS[2]) & (y > WINGS[3]) & (z > 80.0)
     throat = (y < CHIN_BOTTOM) | ((y < -60.0) & _below_mandible(x, y, z))
     forehead = (y > np.where(x < GLABELLA, BROW_AT_GLABELLA, BROW)) & (x < TEMPORAL_LINE) & (to_rim > SCALP)
     forehead &= ~orbit
     free = orbit | cheek | wings | throat
-    below_hinge = (y <= VESTIBULE[0]) | ((z <= MASSETER_FRONT) & (y < CHEEK_TOP))
+    below_hinge = lower_frenulum | (y <= VESTIBULE[0]) | ((z <= MASSETER_FRONT) & (y < CHEEK_TOP))
     rim = to_rim <= 0.0
     jaw = below_hinge & ~free & (to_rim > JAW_TO_RIM)
     skull = (~below_hinge & ~free) | rim

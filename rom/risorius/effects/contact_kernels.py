@@ -20,10 +20,11 @@ from risorius.effects.contact_patches import (
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
+FAR_MOVED, BESIDE = 0.5e-3, 1e-3  # metres by which a patch has moved, and of a gap there that is looked at again
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
-LITTLE, FIRST = 0.1e-3, 2  # metres: no sweep for less after the first ones
-ENOUGH = 0.05e-3  # metres: no sweep for less
+LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
+ENOUGH = 0.1e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
 SHARED = 0.75  # of a depth in the other lip, which gives way, too
 SPARE = 0.1e-3  # metres: what is moved out goes so far beyond, for what lies between the points
@@ -325,7 +326,7 @@ def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  #
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    near_starts, near, leaders, members, fan_starts, fans, radii = corners
+    near_starts, near, leaders, members, fan_starts, fans, radii, _movers = corners
     found = 0
     for e in range(count):
         number = which[e]
@@ -371,6 +372,26 @@ def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  #
 
 
 @_compiled
+def _left(order, starts, movers, moved, facing, at, gaps, which):  # type: ignore[no-untyped-def]
+    """Write numbers of points of lips that may be too deep, or near and in a patch that sweeps have moved far.
+
+    What passes a point there need not be where it was nearest: the way downhill begins anew. Returns how many.
+    """
+    found = 0
+    for patch in range(len(movers)):
+        k, far = movers[patch], False
+        if k >= 0:
+            far = moved[k, 0] ** 2 + moved[k, 1] ** 2 + moved[k, 2] ** 2 > FAR_MOVED * FAR_MOVED
+        for e in range(starts[patch], starts[patch + 1]):
+            number = order[e]
+            if gaps[number] < (BESIDE if far else -TOLERATED):
+                at[number] = facing[number] if far else at[number]
+                which[found] = number
+                found += 1
+    return found
+
+
+@_compiled
 def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
     return -min(_smallest(gaps), _smallest(gaps_lips))
 
@@ -403,7 +424,10 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
                 _approach(x, teeth, lips, count, count_lips, state)
         if sweeps == swept:
             break
-        count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
+        count = below(-TOLERATED, gaps, which)
+        count_lips = _left(
+            patches_of_lips[2], patches_of_lips[3], corners[7], moved, lips[1], at, gaps_lips, which_lips
+        )
         if count + count_lips == 0:
             break
         _enclose(x, corners[3], patches_of_lips[3], corners[6])

@@ -16,6 +16,7 @@ from typing import ClassVar
 import h5py
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
 from risorius.carried_basis import CarriedBasis
 from risorius.effects.effect import Surroundings
@@ -28,7 +29,7 @@ from risorius.jaw import FloatArray
 from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_DENSITY
 from risorius.modal import visible_measure
 from risorius.part import Part
-from risorius.snapshot_file import SnapshotSet
+from risorius.snapshot_file import Rows, SnapshotSet
 
 STATES = 64  # equilibria at most, evenly chosen, that tell what tissue is pressed against
 
@@ -68,27 +69,17 @@ class Inertia:
         """Return that of a face whose coordinates have the fields (r, n, 3); None where snapshots hold no body."""
         if snapshots.body is None:
             return None
-        volumes, support = snapshots.nodal_volumes, None
-        if snapshots.springs is not None:
-            used = np.flatnonzero(~snapshots.held_out)
-            rows = used[np.unique(np.linspace(0, len(used) - 1, min(STATES, len(used))).astype(np.int64))]
-            support = snapshots.springs.mean_stiffness(snapshots.displacements[row] for row in rows)
-        modes, squares, dampings = vibration_modes(snapshots.body, volumes, support)
-        masses = TISSUE_DENSITY * volumes[:, None]
+        support = _support(snapshots)
+        modes, squares, dampings = vibration_modes(snapshots.body, snapshots.nodal_volumes, support)
+        masses = TISSUE_DENSITY * snapshots.nodal_volumes[:, None]
         static = np.tensordot(modes * masses, fields, axes=((1, 2), (1, 2)))
         carried = CarriedBasis.of_surface(snapshots.surface, modes).fields
-        lifts = len(snapshots.lift_fields)
-        strain_lag = StrainLag.none(len(snapshots.muscles), len(fields) - lifts)
+        lifts, muscles = len(snapshots.lift_fields), len(snapshots.muscles)
+        strain_lag = StrainLag.none(muscles, len(fields) - lifts)
         if snapshots.derivatives is not None:
-            strained = StrainedBody(snapshots.body, support)
-            weighted = fields[lifts:] * visible_measure(snapshots)[:, None]  # modes are orthogonal under it
-            weighted /= np.einsum("rni,rni->r", weighted, fields[lifts:])[:, None, None]
-            for muscle, row in enumerate(snapshots.single_actions()[: len(snapshots.muscles)]):
-                u, slope = snapshots.displacements[row], snapshots.derivatives[row][muscle]
-                activations = snapshots.parameters[row, : len(snapshots.muscles)]
-                missing, time = strained.lag(u.astype(np.float64), activations, slope.astype(np.float64))
-                strain_lag.shares[muscle] = np.tensordot(weighted, missing, axes=2)
-                strain_lag.times[muscle] = time
+            strain_lag = _strain_lag(
+                snapshots, snapshots.derivatives, StrainedBody(snapshots.body, support), fields[lifts:]
+            )
         return cls(carried, Vibrations(squares, dampings), static, lifts, strain_lag)
 
     def check(self, surroundings: Surroundings) -> None:
@@ -175,3 +166,25 @@ class Inertia:
             return cls(fields, vibrations, static, lifts, StrainLag.none(muscles, static.shape[1] - lifts))
         vibrations = Vibrations(squares, group["dampings"][()])
         return cls(fields, vibrations, static, lifts, StrainLag(group["shares"][()], group["times"][()]))
+
+
+def _support(snapshots: SnapshotSet) -> sp.csr_matrix | None:
+    """Mean stiffness (3 n, 3 n) in N/m of what tissue is pressed against; None where nothing is known to stop it."""
+    if snapshots.springs is None:
+        return None
+    used = np.flatnonzero(~snapshots.held_out)
+    rows = used[np.unique(np.linspace(0, len(used) - 1, min(STATES, len(used))).astype(np.int64))]
+    return snapshots.springs.mean_stiffness(snapshots.displacements[row] for row in rows)
+
+
+def _strain_lag(snapshots: SnapshotSet, derivatives: Rows, strained: StrainedBody, modes: FloatArray) -> StrainLag:
+    """That of every muscle, from its snapshot at weight 1, in modes (r, n, 3) orthogonal under the visible measure."""
+    muscles = len(snapshots.muscles)
+    found = StrainLag.none(muscles, len(modes))
+    weighted = modes * visible_measure(snapshots)[:, None]
+    weighted /= np.einsum("rni,rni->r", weighted, modes)[:, None, None]
+    for muscle, row in enumerate(snapshots.single_actions()[:muscles]):
+        u, slope = (each.astype(np.float64) for each in (snapshots.displacements[row], derivatives[row][muscle]))
+        missing, found.times[muscle] = strained.lag(u, snapshots.parameters[row, :muscles], slope)
+        found.shares[muscle] = np.tensordot(weighted, missing, axes=2)
+    return found

@@ -25,7 +25,7 @@ from risorius.mechanics.material import STIFFNESS_DAMPING
 from risorius.mechanics.stiffness import stiffness
 
 CLOSE = 0.03  # relative residual of E: the rest of its theory is no closer
-MOST_ITERATIONS = 100
+MOST_ITERATIONS = 1000  # it takes some ten
 
 
 class StrainLag:

@@ -7,7 +7,8 @@ has bent, and adds up: with phi(z) = sqrt(z^2 + WIDTH^2) - WIDTH,
 
 which is exact at rest. On a symmetric face the sum of (b, h, k) and those of the mirror image drives the symmetric
 modes, their difference the others. The answer is the mean of the members, and how far they are apart tells what they
-know of their error (Krogh and Vedelsby 1995). `network_fit` trains them.
+know of their error (Krogh and Vedelsby 1995). `network_fit` trains them; what they miss at
+usual inputs, `remainder` adds.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.evaluators.competition import compete
-from risorius.evaluators.observations import Reflection
+from risorius.evaluators.observations import Observations, Reflection
+from risorius.evaluators.remainder import Remainder
 from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.packed_fields import in_blocks, whole_blocks
@@ -78,7 +80,8 @@ class Member:
 @dataclass
 class NetworkMap:
     """members: of the same sizes; reflection: of all parameters and of the modes that are left; inputs (k,): which of
-    the parameters are given, the others are 0. Not thread-safe.
+    the parameters are given, the others are 0; remainder: what the members miss, None where that was not learned. Not
+    thread-safe.
 
     doubt: root mean square distance of the members' answers to their mean.
     """
@@ -86,6 +89,7 @@ class NetworkMap:
     members: tuple[Member, ...]
     reflection: Reflection
     inputs: npt.NDArray[np.int64]
+    remainder: Remainder | None = None
     doubt: float = field(default=0.0, init=False)
     name = "network"
 
@@ -128,40 +132,54 @@ class NetworkMap:
         everything[self.inputs] = parameters
         partner, sign = self.reflection.partner, self.reflection.sign
         self.doubt = _evaluate(everything, partner, sign, *self._tables, *self._modes, *work, out)
+        if self.remainder is not None:
+            self.remainder.add(parameters, out)
+
+    def completed(self, observations: Observations) -> NetworkMap:
+        """Return the map that adds what this one misses at observations."""
+        answers = np.empty_like(observations.coordinates)
+        for parameters, answer in zip(observations.parameters, answers, strict=True):
+            self.coordinates(parameters, answer)
+        return replace(self, remainder=Remainder.fit(observations, observations.coordinates - answers))
 
     def at(self, setting: Setting) -> NetworkMap:
         """Return that of the leading modes."""
-        return self._only(np.arange(setting.rank), self.inputs)
+        return self._only(np.arange(setting.rank), np.arange(len(self.inputs)))
 
     def within(self, part: Part) -> NetworkMap:
         """Return that of the parameters and modes of a part; of other parameters only mirror images are left."""
-        left, partner = self._only(part.modes, self.inputs[part.parameters]), self.reflection.partner
+        left, partner = self._only(part.modes, part.parameters), self.reflection.partner
         kept = np.union1d(left.inputs, partner[left.inputs])
         reflection = Reflection(
             np.searchsorted(kept, partner[kept]), self.reflection.sign[kept], left.reflection.parity
         )
         members = tuple(member.of(kept) for member in left.members)
-        return NetworkMap(members, reflection, np.searchsorted(kept, left.inputs))
+        return NetworkMap(members, reflection, np.searchsorted(kept, left.inputs), left.remainder)
 
-    def _only(self, modes: npt.NDArray[np.int64], inputs: npt.NDArray[np.int64]) -> NetworkMap:
+    def _only(self, modes: npt.NDArray[np.int64], parameters: npt.NDArray[np.int64]) -> NetworkMap:
         even, odd = (np.flatnonzero(np.isin(numbers, modes)) for numbers in self._modes)
         reflection = replace(self.reflection, parity=self.reflection.parity[modes])
-        return NetworkMap(tuple(member.only(even, odd) for member in self.members), reflection, inputs)
+        members = tuple(member.only(even, odd) for member in self.members)
+        remainder = None if self.remainder is None else self.remainder.only(modes, parameters)
+        return NetworkMap(members, reflection, self.inputs[parameters], remainder)
 
     def write(self, group: h5py.Group) -> None:
-        """Store members, inputs and reflection."""
+        """Store members, inputs, reflection and remainder."""
         group["inputs"] = self.inputs
         for name, value in vars(self.reflection).items():
             group[f"reflection/{name}"] = value
         for number, member in enumerate(self.members):
             member.write(group.create_group(f"members/{number}"))
+        if self.remainder is not None:
+            self.remainder.write(group.create_group("remainder"))
 
     @classmethod
     def read(cls, group: h5py.Group) -> NetworkMap:
         """Load what `write` stored."""
         reflection = Reflection(*(group[f"reflection/{name}"][()] for name in ("partner", "sign", "parity")))
         members = tuple(Member.read(group[f"members/{number}"]) for number in range(len(group["members"])))
-        return cls(members, reflection, group["inputs"][()])
+        remainder = Remainder.read(group["remainder"]) if "remainder" in group else None
+        return cls(members, reflection, group["inputs"][()], remainder)
 
 
 @numba.njit(cache=True)

@@ -61,7 +61,12 @@ class Observations:
 
     def thinned(self, most: int) -> Observations:
         """At most so many of the snapshots, evenly chosen."""
-        rows = np.unique(np.linspace(0, len(self.parameters) - 1, min(most, len(self.parameters))).astype(np.int64))
+        return self.only(
+            np.unique(np.linspace(0, len(self.parameters) - 1, min(most, len(self.parameters))).astype(np.int64))
+        )
+
+    def only(self, rows: npt.NDArray[np.int64]) -> Observations:
+        """Some of the snapshots, by their numbers."""
         derivatives = None if self.derivatives is None else self.derivatives[rows]
         return replace(
             self, parameters=self.parameters[rows], coordinates=self.coordinates[rows], derivatives=derivatives
