@@ -27,6 +27,10 @@ SETTINGS = {
     "distributed.worker.http.routes": [],
     "distributed.nanny.pre-spawn-environ": ONE_THREAD,  # workers already fill the cores
     "distributed.worker.preload": ["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],  # Ctrl-C is for us
+    "distributed.worker.profile.enabled": False,  # what nobody looks at takes a part of the cores
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.scheduler.work-stealing-interval": "1s",
     "distributed.scheduler.allowed-failures": 2,  # workers that one sample may end before it is given up
     "distributed.worker.memory.target": False,  # results are a few megabytes: nothing is spilt or paused
     "distributed.worker.memory.spill": False,

@@ -22,7 +22,7 @@ from risorius.jaw import FloatArray
 MEMBERS = 2
 NEURONS_EACH, MOST_NEURONS = 4, 128  # neurons of each of the two layers, for each parameter
 BATCH, DIRECTIONS = 64, 6  # snapshots and derivatives of each in a step
-STEPS_EACH, MOST_STEPS = 9, 3500  # steps for each snapshot
+STEPS_EACH, MOST_STEPS = 25, 14_000  # steps for each snapshot
 RATE, LAST_RATE = 8e-3, 1e-6  # of Adam; it falls along a cosine
 MOMENTS = (0.9, 0.99)
 DERIVATIVE_WEIGHT = 0.1
