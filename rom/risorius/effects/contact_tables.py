@@ -29,17 +29,16 @@ Vertices = npt.NDArray[np.float32]
 Frames = Iterable[tuple[FloatArray, Vertices]]
 """Lift coordinates of the poses, and vertices (n, 3), of each."""
 
-MOST_SWEPT = 760  # points that sweeps look at for teeth, and for lips
-MOST_POINTS = 2400  # that are looked at to tell whether sweeps have been enough
+MOST_REACHED = 760  # points that are kept first, for teeth and for lips: where frames come nearest
+MOST_POINTS = 2400  # others
 MOST_FRAMES = 150  # of training, at which it is seen what may touch
-REACHED = 2.5e-3  # metres: sweeps leave out a vertex that never comes as near as that to a tooth
+REACHED = 2.5e-3  # metres: a vertex that comes as near as that to a tooth is one of the first
 NEAR = 5.9e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
-BESIDE = 8e-3  # metres: sweeps look at what is as near as that to where lips meet
+BESIDE = 8e-3  # metres: so is what is as near as that to where lips meet
 FINEST = 0.3e-3  # metres between points
 TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
-SEEN = 2e-3  # metres from a point that sweeps look at, within which they have seen what is there
 CORNER, AROUND = 6e-3, 8e-3  # metres along the surface from the other lip; from what may be nearest there
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
@@ -52,8 +51,6 @@ class ContactTables:
     Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below
     -1 m where there is none; away (k, o, 3): the way out at rest. Obstacles: distances (all grids, flat), starts (o,),
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
-    seeds (k,), lip_seeds (l,): number, among points and among vertices of the lips, of that beside each which sweeps
-    look at: its own for those, -1 where none is near.
     Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, candidates: triangles that may be the nearest
     of vertices at corners of the mouth, candidate_starts (l + 1,); places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
@@ -75,8 +72,6 @@ class ContactTables:
     candidate_starts: npt.NDArray[np.int32]
     candidates: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
-    seeds: npt.NDArray[np.int32]
-    lip_seeds: npt.NDArray[np.int32]
     triangles: npt.NDArray[np.int32]
     across: npt.NDArray[np.int32]
     planes: npt.NDArray[np.float32]
@@ -87,16 +82,6 @@ class ContactTables:
     column_vertices: npt.NDArray[np.int32]
     column_shares: npt.NDArray[np.float32]
     orientation: npt.NDArray[np.int64]
-
-    @property
-    def swept(self) -> npt.NDArray[np.int64]:
-        """Numbers of the points that sweeps look at."""
-        return np.flatnonzero(self.seeds == np.arange(len(self.seeds)))
-
-    @property
-    def swept_vertices(self) -> npt.NDArray[np.int64]:
-        """Numbers of the vertices of the lips that sweeps look at."""
-        return np.flatnonzero(self.lip_seeds == np.arange(len(self.lip_seeds)))
 
     @cached_property
     def movers(self) -> npt.NDArray[np.int32]:
@@ -144,8 +129,6 @@ class ContactTables:
             facing=new[self.facing[vertices]],
             **self._candidates_within(vertices, new),
             places=self.places[vertices],
-            seeds=_left(self.seeds, points),
-            lip_seeds=_left(self.lip_seeds, vertices),
             triangles=number[self.triangles[whole]],
             across=np.where(self.across[whole] >= 0, new[self.across[whole]], -1).astype(np.int32),
             planes=self.planes[whole],
@@ -163,8 +146,6 @@ class ContactTables:
             facing=self.facing[vertices],
             **self._candidates_within(vertices, np.arange(len(self.triangles), dtype=np.int32)),
             places=self.places[vertices],
-            seeds=_left(self.seeds, points),
-            lip_seeds=_left(self.lip_seeds, vertices),
         )
 
     def jaw(self, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -207,12 +188,12 @@ def contact_tables(
     reached, near, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
     near[:, sheets.vertices] = True
     normals = vertex_normals(rest, triangles).astype(np.float64)
-    swept = _thinned(rest, normals, np.flatnonzero(reached.any(axis=0)), MOST_SWEPT)
-    points = np.union1d(swept, _thinned(rest, normals, np.flatnonzero(near.any(axis=0)), MOST_POINTS))
+    first = _thinned(rest, normals, np.flatnonzero(reached.any(axis=0)), MOST_REACHED)
+    points = np.union1d(first, _thinned(rest, normals, np.flatnonzero(near.any(axis=0)), MOST_POINTS))
     meeting = sheets.vertices[_widened(rest[sheets.vertices], met)]
-    swept_vertices = _thinned(rest, normals, meeting, MOST_SWEPT)
+    first = _thinned(rest, normals, meeting, MOST_REACHED)
     among = sheets.vertices if len(meeting) else meeting
-    vertices = np.union1d(swept_vertices, _thinned(rest, normals, among, MOST_POINTS))
+    vertices = np.union1d(first, _thinned(rest, normals, among, MOST_POINTS))
     chosen = np.searchsorted(sheets.vertices, vertices)
     return ContactTables(
         points=points.astype(np.int32),
@@ -221,10 +202,6 @@ def contact_tables(
         facing=sheets.facing[chosen],
         **_candidates(sheets, rest, triangles, chosen),
         places=rest[sheets.vertices[chosen]],
-        seeds=_seeds(rest[points], np.zeros(len(points)), np.searchsorted(points, swept)),
-        lip_seeds=_seeds(
-            rest[vertices], sheets.sheet[chosen].astype(np.float64), np.searchsorted(vertices, swept_vertices)
-        ),
         triangles=sheets.triangles,
         across=sheets.across,
         planes=_planes(rest, sheets.triangles),
@@ -249,23 +226,6 @@ def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[n
     ]
     deepest, met = (np.max(depths, axis=0) for depths in zip(*seen, strict=True))
     return deepest > -REACHED, deepest > -NEAR, met > 0.0
-
-
-def _left(numbers: npt.NDArray[np.int32], kept: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
-    """Numbers (-1 for none) of those that are kept, among what is kept."""
-    new = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
-    return np.asarray(new[numbers[kept]], dtype=np.int32)
-
-
-def _seeds(places: npt.NDArray[np.float32], side: FloatArray, swept: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
-    """(k,) number of the nearest swept one on the same side, -1 where none is within SEEN of it."""
-    seeds = np.full(len(places), -1, np.int32)
-    if len(swept):
-        apart = np.column_stack([places, 1.0 * side])
-        away, nearest = cKDTree(apart[swept]).query(apart)
-        seeds = np.where(away <= SEEN, swept[nearest], -1).astype(np.int32)
-        seeds[swept] = swept
-    return seeds
 
 
 def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
