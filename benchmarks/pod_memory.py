@@ -42,8 +42,9 @@ def write(path: Path, count: int, nodes: int) -> None:
     amplitudes = (1e-2 * np.sqrt(nodes) / (1.0 + np.arange(MODES)) ** 1.5).astype(np.float32)
     create(path, made_up_face(nodes), {}, {}, derivatives=False)
     with opened(path) as store:
-        number = np.arange(count)
-        store.add(Samples(rng.uniform(size=(count, 1)), ["ordinary"] * count, number == count - 1, number // 4))
+        number, parameters = np.arange(count), rng.uniform(size=(count, 1))
+        parameters[0] = 1.0  # the single action, which a POD asks for
+        store.add(Samples(parameters, ["ordinary"] * count, number == count - 1, number // 4))
         for first in range(0, count, BATCH):
             last = min(first + BATCH, count)
             fields = (rng.normal(size=(last - first, MODES)).astype(np.float32) * amplitudes) @ modes
