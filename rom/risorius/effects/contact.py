@@ -1,9 +1,8 @@
 """Contact: skin that the map has put into teeth, or a lip that it has put into the other, is moved out of there.
 
-The map was trained with contact and knows of most of it. What is left is found at a few hundred points of the skin and
-pushed out along smooth fields around them, at most `SWEEPS` times in a frame, all in place. Then all that may touch is
-looked at, as cheaply as can be; where something is still too deep, the mouth goes back part of the way to where nothing
-touches, and is pushed out from there.
+The map was trained with contact and knows of most of it. What is left is found at the points of the skin that may touch
+and pushed out along smooth fields around them, at most `SWEEPS` times in a frame, all in place. Where something is
+still too deep, the mouth goes back part of the way to where nothing touches, and is pushed out from there.
 """
 
 from __future__ import annotations
