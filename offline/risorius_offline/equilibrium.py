@@ -8,6 +8,7 @@ load step has to end in a minimum of the energy: from a saddle the solver goes o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,13 +52,14 @@ class EquilibriumSolver:
     """Finds equilibria of a full model.
 
     tolerance: norm of the free forces relative to muscle and reaction forces. max_iterations: per load step.
-    smallest_step: of the continuation parameter, before giving up.
+    smallest_step: of the continuation parameter, before giving up. watch: as of `GuardedNewton`, on a last load step.
     """
 
     model: FullModel
     tolerance: float = 1e-6
     max_iterations: int = 80
     smallest_step: float = 1.0 / 128.0
+    watch: Callable[[FloatArray], None] | None = None
 
     def rest(self) -> Equilibrium:
         """The undeformed state, all parameters zero."""
@@ -136,7 +138,7 @@ class EquilibriumSolver:
 
     def _minimum(self, u: FloatArray, report: SolverReport, level: int | None, *, rough: bool) -> FloatArray | None:
         """As `GuardedNewton.minimise`, past saddles; the factors at hand are then those of the tangent there."""
-        newton = GuardedNewton(self.tolerance, self.max_iterations, rough)
+        newton = GuardedNewton(self.tolerance, self.max_iterations, rough, self.watch)
         for _ in range(1 + MOST_SADDLES):
             found = newton.minimise(self.model, u, report, level)
             if found is None:

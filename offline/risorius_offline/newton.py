@@ -8,7 +8,7 @@ while they contract the residual well, with what the steps show put into them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -97,12 +97,14 @@ class SolverReport:
 class GuardedNewton:
     """tolerance: norm of the free forces relative to the forces that balance. max_iterations: before giving up.
 
-    rough: whether factors are of less precision, for less time, which fail where cells are near collapse.
+    rough: whether factors are of less precision, for less time, which fail where cells are near collapse. watch: is
+    handed every displacement (n, 3) at which a tangent is made.
     """
 
     tolerance: float
     max_iterations: int
     rough: bool = False
+    watch: Callable[[FloatArray], None] | None = None
 
     def minimise(
         self, energy: Energy, u: FloatArray, report: SolverReport, level: int | None = None
@@ -125,6 +127,8 @@ class GuardedNewton:
             contracts_well = level is not None and report.residual <= GOOD_CONTRACTION * last_residual
             following = _step(energy, state, secants) if contracts_well else None
             if following is None:
+                if self.watch is not None:
+                    self.watch(state.u)
                 level = factorise(energy, state.u, max(level or 0, 1) - 1, report, rough=self.rough)
                 if level is None:
                     return None

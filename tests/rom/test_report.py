@@ -13,11 +13,13 @@ import pytest
 from tests.rom.test_training import made_up_snapshots
 
 from risorius.accuracy import Errors
+from risorius.carried_basis import CarriedBasis
 from risorius.commands.report import report, snapshots_beside
 from risorius.errors import Error, InputError, MissingExtraError
 from risorius.inputs import InputTable
 from risorius.report import files, full_model, measurement
 from risorius.report.candidates import BLENDSHAPES, MAPS, PHYSICS, Candidate, Family, OfflineCost
+from risorius.report.continued import CONTINUED
 from risorius.report.files import write
 from risorius.report.full_model import FullModelTime
 from risorius.report.machine import Machine
@@ -36,6 +38,7 @@ pytest.importorskip("matplotlib", reason="the extra `report` is not installed")
 FILES = {"accuracy.csv", "accuracy.json", "accuracy.svg", "accuracy.png", "index.html"}
 SOLVE_SECONDS = 0.25
 FRAMES = 60
+ROUNDING = 1e-9  # metres, of vertices in single precision
 
 
 def written(snapshots, path):
@@ -157,24 +160,102 @@ def test_full_model_takes_what_the_snapshots_remember_unless_solved_anew(results
     assert full.origin == "not measured in this run: CPU seconds stored with 5 snapshots"
 
 
-class Installed:
-    """An entry point to a full model that takes a second for each muscle at work."""
+class Run:
+    """A full model that takes a second for each muscle at work, and ten seconds to stay at a guess."""
 
-    def load(self):
-        return lambda source, provenance, parameters: (parameters != 0.0).sum(axis=1).astype(float)
+    def solve_seconds(self, parameters):
+        return (parameters != 0.0).sum(axis=1).astype(float)
+
+    def way_from(self, guess, parameters):
+        return [(10.0, guess)]
 
 
-def test_full_model_is_solved_in_the_run_where_the_offline_part_offers_it(face, monkeypatch):
-    monkeypatch.setattr(full_model, "entry_points", lambda group: {"risorius.full_model": [Installed()]}[group])
+class Arriving(Run):
+    """One that comes half the way with its first tangent, and is there with its second."""
+
+    def __init__(self, snapshots):
+        self._snapshots = snapshots
+
+    def way_from(self, guess, parameters):
+        row = np.flatnonzero((self._snapshots.parameters == parameters).all(axis=1))[0]
+        truth = self._snapshots.displacements[row].astype(float)
+        return [(1.0, guess), (2.0, 0.5 * (guess + truth)), (4.0, truth)]
+
+
+@pytest.fixture
+def offered(monkeypatch):
+    """Makes an installed offline part offer a run."""
+
+    class Entry:
+        def __init__(self, run):
+            self._run = run
+
+        def load(self):
+            return lambda source, provenance: self._run
+
+    return lambda run: monkeypatch.setattr(
+        full_model, "entry_points", lambda group: {"risorius.full_model": [Entry(run)]}[group]
+    )
+
+
+def test_full_model_is_solved_in_the_run_where_the_offline_part_offers_it(face, offered):
+    offered(Run())
     _, path, model = face
     full = measure(model, Tried.of(path, model), "face.h5", frames=FRAMES).full["ordinary"]
     assert (full.seconds, full.origin) == (5.0, "measured in this run: 2 solves from rest")
 
 
+def test_full_model_goes_on_from_what_the_best_map_shows(face, offered):
+    """All nodes are moved as the map moves those that are seen: a run that stays there has the map's errors."""
+    offered(Run())
+    _, path, model = face
+    rows = measure(model, Tried.of(path, model), "face.h5", frames=FRAMES).rows
+    for kind in ("ordinary", "strong"):
+        best = min((row.errors for row in rows if row.family is MAPS and row.held_out == kind), key=lambda one: one.p95)
+        stayed = [row for row in rows if row.family is CONTINUED and row.held_out == kind]
+        assert len(stayed) == 5
+        assert [row.frame.median for row in stayed] == [10.0] * 5
+        for row in stayed:
+            assert row.errors.mean == pytest.approx(best.mean, abs=ROUNDING)
+            assert row.errors.p95 == pytest.approx(best.p95, abs=ROUNDING)
+
+
+def test_full_model_from_the_map_is_told_tangent_by_tangent(face, offered):
+    snapshots, path, model = face
+    offered(Arriving(snapshots))
+    found = [
+        row for row in measure(model, Tried.of(path, model), "face.h5", frames=FRAMES).rows if row.family is CONTINUED
+    ]
+    strong = {
+        row.name.split(", ")[-1]: (row.errors.mean, row.frame.median) for row in found if row.held_out == "strong"
+    }
+    assert [seconds for _, seconds in strong.values()] == [2.0, 4.0, 4.0, 4.0, 4.0]
+    assert strong["2 tangents"][0] == strong["to equilibrium"][0] < 1e-9 < strong["1 tangent"][0]
+
+
+def test_full_model_does_not_go_on_from_a_map_whose_snapshots_have_grown(face, offered):
+    offered(Run())
+    _, path, model = face
+    before = replace(model, provenance={**model.provenance, "snapshots": 7})
+    results = measure(before, Tried.of(path, model), "face.h5", frames=FRAMES)
+    assert not [row for row in results.rows if row.family is CONTINUED]
+    assert "there are more snapshots than the model was trained from" in page(results, b"", b"")
+
+
+def test_modes_that_are_not_the_model_s_are_refused(face, offered):
+    offered(Run())
+    _, path, model = face
+    fields = model.carried_basis.fields.copy()
+    fields[-1] *= 1.1
+    other = replace(model, carried_basis=CarriedBasis(fields, model.carried_basis.weights))
+    with pytest.raises(InputError, match="modes of its snapshots are others; train it anew"):
+        measure(other, Tried.of(path, model), "face.h5", frames=FRAMES)
+
+
 def test_full_model_without_the_offline_part_names_the_extra(monkeypatch):
     monkeypatch.setattr(full_model, "entry_points", lambda group: [])
     with pytest.raises(MissingExtraError, match=r"risorius\[offline\]"):
-        full_model.measured_time("face.h5", {}, np.zeros((1, 5)))
+        full_model.full_model_of("face.h5", {})
 
 
 def test_cost_of_solves_is_unknown_when_the_file_has_grown_since_training(face):
@@ -208,7 +289,7 @@ def row(name, family, time, p95, **others):
 
 def made_up_results(*rows, full=None):
     return Results(
-        "face", 5, 40, rows, full or {}, 10, "here", "here", False, Machine("x", 2, "1", 0.1, 0.1, "today", {})
+        "face", 5, 40, rows, full or {}, 10, "here", "here", "here", False, Machine("x", 2, "1", 0.1, 0.1, "today", {})
     )
 
 
@@ -237,6 +318,13 @@ def test_verdict_names_a_method_that_another_beats_in_error_and_time():
         "the full model takes 10\N{NO-BREAK SPACE}000 times as long.",
         "Strong input: good beats bad in error and time, 95 % 1 against 4 mm in 10 against 40 µs a frame.",
     ]
+
+
+def test_verdict_does_not_take_the_full_model_from_the_map_for_a_frame():
+    rows = row("map", MAPS, 1e-5, 1e-3), row("map, then full model, 1 tangent", CONTINUED, 4e-2, 2e-4)
+    best, bought = verdict(made_up_results(*rows))
+    assert "most accurate is map" in best
+    assert bought.endswith("the full model that goes on from the map's answer is within, 95 %, 0.2 mm in 40 ms.")
 
 
 def test_page_needs_nothing_from_outside(folder):

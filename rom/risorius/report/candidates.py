@@ -77,13 +77,14 @@ def candidates_of(model: ReducedModel, offline: OfflineCost, singles: OfflineCos
     settings = [point.setting for point in model.points]
     result = []
     for setting, pipeline in zip(settings, pipelines(model, settings), strict=True):
-        way, family = _OwnWay(pipeline, model.rest_vertices), _family(setting)
+        way, family = _OwnWay(pipeline, model.rest_vertices), family_of(setting)
         cost = singles if family is BLENDSHAPES else offline
         result.append(Candidate(str(setting), setting.method, family, way.coordinates, way.vertices, cost))
     return sorted(result, key=lambda one: one.family.simplicity)
 
 
-def _family(setting: Setting) -> Family:
+def family_of(setting: Setting) -> Family:
+    """Family of one of our own operating points."""
     if setting.method == Superposition.name:
         return BLENDSHAPES
     return PHYSICS if setting.elements or setting.steps else MAPS

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,8 +17,17 @@ from risorius.snapshot_file import SnapshotSet, solve_seconds
 ENTRY_POINT = "risorius.full_model"
 SOLVES = 2  # of each held-out set
 
-TimedSolves: TypeAlias = Callable[[str, Mapping[str, Any], FloatArray], FloatArray]
-"""Source of the anatomy, provenance of its snapshots, parameters (k, p) -> seconds by the clock (k,)."""
+
+class FullModelRun(Protocol):
+    """A full model that is timed; the entry point makes one of a source of the anatomy and snapshots' provenance."""
+
+    def solve_seconds(self, parameters: FloatArray) -> FloatArray:
+        """Seconds by the clock (k,) of solves from rest to parameters (k, p)."""
+        ...
+
+    def way_from(self, guess: FloatArray, parameters: FloatArray) -> list[tuple[float, FloatArray]]:
+        """Seconds so far and displacements (n, 3) from a guess to parameters (p,): way[k] took k tangents."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -36,11 +45,16 @@ def stored_time(path: Path, snapshots: SnapshotSet, kind: str) -> FullModelTime:
     return FullModelTime(seconds, f"not measured in this run: CPU seconds stored with {rows.sum()} snapshots")
 
 
-def measured_time(source: str, provenance: Mapping[str, Any], parameters: FloatArray) -> FullModelTime:
-    """Time of a few solves from rest, now. Raises MissingExtraError without the offline part."""
+def measured_time(run: FullModelRun, parameters: FloatArray) -> FullModelTime:
+    """Time of a few solves from rest, now."""
+    seconds = run.solve_seconds(parameters[:SOLVES])
+    return FullModelTime(float(np.median(seconds)), f"measured in this run: {len(seconds)} solves from rest")
+
+
+def full_model_of(source: str, provenance: Mapping[str, Any]) -> FullModelRun:
+    """The full model of the snapshots of a provenance. Raises MissingExtraError without the offline part."""
     found = tuple(entry_points(group=ENTRY_POINT))
     if not found:
         raise MissingExtraError("solving the full model", "offline", "risorius_offline")
-    timed_solves: TimedSolves = found[0].load()
-    seconds = timed_solves(source, provenance, parameters[:SOLVES])
-    return FullModelTime(float(np.median(seconds)), f"measured in this run: {len(seconds)} solves from rest")
+    made: FullModelRun = found[0].load()(source, provenance)
+    return made

@@ -12,7 +12,8 @@ from risorius.accuracy import Errors, HeldOut
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.report.candidates import Candidate, OfflineCost, candidates_of
-from risorius.report.full_model import FullModelTime, measured_time, stored_time
+from risorius.report.continued import continued
+from risorius.report.full_model import FullModelRun, FullModelTime, full_model_of, measured_time, stored_time
 from risorius.report.held_out import frames_like, made_up_inputs, require_of_model
 from risorius.report.machine import load, machine
 from risorius.report.measuring import Times, in_turn
@@ -47,24 +48,31 @@ class Tried:
 def measure(
     model: ReducedModel, tried: Tried, anatomy: str | None = None, peers: Sequence[Candidate] = (), frames: int = FRAMES
 ) -> Results:
-    """Errors on the held-out snapshots and times of all candidates. anatomy: source to solve the full model with."""
+    """Errors on the held-out snapshots and times of all candidates.
+
+    anatomy: source to solve the full model with, from rest and from the map's answers.
+    """
     before, inputs = load(), tried.inputs()
+    run = None if anatomy is None else full_model_of(anatomy, tried.snapshots.provenance)
     candidates = [*candidates_of(model, *_offline_costs(model, tried)), *peers]
     errors = {one.name: _errors(one, model, tried.held_out) for one in candidates}
     times = {kind: _times(candidates, model, rows, frames) for kind, rows in inputs.items()}
+    rows = [
+        Row(one.name, one.method, one.family, kind, errors[one.name][kind], *times[kind][one.name], one.offline)
+        for kind in inputs
+        for one in candidates
+    ]
+    later, continued_from = _continued(model, tried, run)
     return Results(
         model=model.name,
         rank=model.rank,
         vertices=len(model.rest_vertices),
-        rows=tuple(
-            Row(one.name, one.method, one.family, kind, errors[one.name][kind], *times[kind][one.name], one.offline)
-            for kind in inputs
-            for one in candidates
-        ),
-        full=_full_model(tried, anatomy, inputs),
+        rows=(*rows, *later),
+        full=_full_model(tried, run, inputs),
         frames=frames,
         errors_from=f"measured in this run on {len(tried.held_out.kinds)} held-out snapshots of {tried.path.name}",
         times_from="inputs with the patterns of the held-out ones, each weight changed by up to 20 %",
+        continued_from=continued_from,
         peers=bool(peers),
         machine=machine(before),
     )
@@ -87,6 +95,7 @@ def measure_times(model: ReducedModel, frames: int = FRAMES) -> Results:
         full={},
         frames=frames,
         errors_from="not measured in this run: as training stored them in the model file",
+        continued_from="not measured: the snapshots were not at hand",
         times_from="made-up inputs, three of four with one to four parameters at work, the others with all muscles",
         peers=False,
         machine=machine(before),
@@ -114,14 +123,30 @@ def _offline_costs(model: ReducedModel, tried: Tried) -> tuple[OfflineCost, Offl
     """Of the model, and of superposition, which needs no more than the single actions."""
     seconds, trained = solve_seconds(tried.path), model.provenance.get("snapshots")
     used, singles = seconds[~tried.snapshots.held_out], seconds[tried.snapshots.single_actions()]
-    grown = len(used) != trained  # since the model was trained: which snapshots it knew is not recorded
     return (
-        OfflineCost(trained, None if grown else float(used.sum()), model.provenance.get("training_cpu_seconds")),
+        OfflineCost(
+            trained, None if _grown(model, tried) else float(used.sum()), model.provenance.get("training_cpu_seconds")
+        ),
         OfflineCost(len(singles), float(singles.sum()), None),
     )
 
 
-def _full_model(tried: Tried, anatomy: str | None, inputs: Mapping[str, FloatArray]) -> dict[str, FullModelTime]:
-    if anatomy is None:
+def _continued(model: ReducedModel, tried: Tried, run: FullModelRun | None) -> tuple[list[Row], str]:
+    """Rows of the full model that goes on from the map's answers, and where they come from, in words."""
+    if run is None:
+        return [], "not measured in this run, which was not given the anatomy"
+    if _grown(model, tried):
+        return [], "not measured: there are more snapshots than the model was trained from"
+    rows = list(continued(model, tried.snapshots, tried.held_out, run))
+    return rows, "measured in this run: every held-out snapshot once, by the clock, nodal displacements to their like"
+
+
+def _grown(model: ReducedModel, tried: Tried) -> bool:
+    """Whether there are more snapshots than the model was trained from: which of them it knew is not recorded."""
+    return bool(model.provenance.get("snapshots") != (~tried.snapshots.held_out).sum())
+
+
+def _full_model(tried: Tried, run: FullModelRun | None, inputs: Mapping[str, FloatArray]) -> dict[str, FullModelTime]:
+    if run is None:
         return {kind: stored_time(tried.path, tried.snapshots, kind) for kind in inputs}
-    return {kind: measured_time(anatomy, tried.snapshots.provenance, rows) for kind, rows in inputs.items()}
+    return {kind: measured_time(run, rows) for kind, rows in inputs.items()}

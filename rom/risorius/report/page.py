@@ -93,6 +93,7 @@ def _origins(results: Results) -> list[tuple[str, str]]:
             (f"full model, {name}", f"{_integer(1e3 * time.seconds)} ms a solve; {time.origin}")
             for name, time in results.full.items()
         ),
+        ("full model from the map", results.continued_from),
         ("machine", f"{own.processor}, {own.cores} cores, {own.date} UTC"),
         ("threads", f"one; of BLAS: {own.threads}"),
         ("load", f"{own.load_before:.1f} before, {own.load_after:.1f} after, processes{waiting}"),

@@ -34,7 +34,8 @@ class Results:
     """A report before it has a form.
 
     full: time of the full model for each held-out set where it is known. frames: timed for each row.
-    errors_from, times_from: in words, where the two come from. peers: whether other codes are among them.
+    errors_from, times_from, continued_from: in words, where errors and times come from, and those of the full model
+    that goes on from a map. peers: whether other codes are among them.
     """
 
     model: str
@@ -45,6 +46,7 @@ class Results:
     frames: int
     errors_from: str
     times_from: str
+    continued_from: str
     peers: bool
     machine: Machine
 

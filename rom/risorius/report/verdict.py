@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from risorius.report.continued import CONTINUED
 from risorius.report.results import Results, Row
 
 # Medians that are closer than this are the same: a machine does not repeat them any better.
@@ -17,9 +18,10 @@ def verdict(results: Results) -> list[str]:
     """For every held-out set: what is most accurate, which simpler methods win, which are beaten in error and time."""
     sentences = []
     for held_out in results.sets:
-        rows = results.of(held_out)
-        methods = _one_of_each(rows)
-        found = [_best(rows, results), *_simpler_wins(methods), *_beaten(methods)]
+        online = [row for row in results.of(held_out) if row.family is not CONTINUED]
+        later = [row for row in results.of(held_out) if row.family is CONTINUED]
+        methods = _one_of_each(online)
+        found = [_best(online, results), *_simpler_wins(methods), *_beaten(methods), *_continued(later)]
         sentences += [f"{held_out[:1].upper()}{held_out[1:]} input: {text}" for text in found]
     return sentences
 
@@ -45,6 +47,13 @@ def _best(rows: Sequence[Row], results: Results) -> str:
     if full is None:
         return f"{text}."
     return f"{text}; the full model takes {_count(full.seconds / best.frame.median)} times as long."
+
+
+def _continued(rows: Sequence[Row]) -> Iterator[str]:
+    """One sentence on what the full model, going on from the map, buys."""
+    if rows:
+        bought = ", ".join(f"{_mm(row.errors.p95)} mm in {_count(1e3 * row.frame.median)} ms" for row in rows)
+        yield f"the full model that goes on from the map's answer is within, 95 %, {bought}."
 
 
 def _simpler_wins(rows: Sequence[Row]) -> Iterator[str]:
