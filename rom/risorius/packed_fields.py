@@ -5,11 +5,15 @@ A BLAS that may use all cores does, for a product of this size: beside other wor
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
 from risorius.jaw import FloatArray
 from risorius.vector_sums import WIDTH, combine
+
+Number = TypeVar("Number", np.float32, np.int16)
 
 
 def whole_blocks(size: int) -> int:
@@ -17,10 +21,10 @@ def whole_blocks(size: int) -> int:
     return -(-size // WIDTH) * WIDTH
 
 
-def in_blocks(fields: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def in_blocks(fields: npt.NDArray[Number]) -> npt.NDArray[Number]:
     """Fields (r, m) flat, as `combine` takes them: whole blocks, filled up with zeros."""
     count, size = fields.shape
-    padded = np.zeros((count, whole_blocks(size)), np.float32)
+    padded = np.zeros((count, whole_blocks(size)), fields.dtype)
     padded[:, :size] = fields
     return padded.reshape(count, -1, WIDTH).transpose(1, 0, 2).ravel()
 

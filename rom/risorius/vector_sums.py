@@ -16,7 +16,7 @@ from numba.extending import intrinsic
 
 LANES = 16
 WIDTH = 4 * LANES  # components that `combine` sums at a time
-_FLOAT, _INT = ir.FloatType(), ir.IntType(32)
+_FLOAT, _INT, _SHORT = ir.FloatType(), ir.IntType(32), ir.IntType(16)
 _VECTOR = ir.VectorType(_FLOAT, LANES)
 
 
@@ -34,35 +34,41 @@ def carry(starts, carriers, weights, order, rest, displacements, out):  # type: 
 
 @numba.njit(cache=True)
 def combine(fields, coordinates, out):  # type: ignore[no-untyped-def]
-    """Write the sums of coordinates (r) times fields, WIDTH components of all r after each other, into `out`.
+    """Write the sums of coordinates (r) times fields, WIDTH components of all r after each other, into `out` (m).
 
-    Floats are single, all arrays contiguous and flat; `out` is as long as whole blocks are.
+    Two sets of coordinates (2, r) give two of sums (2, m), and fields, which take the time, are read once. Fields are
+    single or 16-bit integers, other numbers single, all arrays contiguous; m is that of whole blocks.
     """
-    for block in range(len(out) // WIDTH):
-        _combine_block(fields, coordinates, out, block, len(coordinates))
+    for block in range(out.shape[-1] // WIDTH):
+        _combine_block(fields, coordinates, out, block, coordinates.shape[-1], out.shape[-1])
 
 
 @intrinsic
-def _combine_block(context, fields, coordinates, out, block, count):  # type: ignore[no-untyped-def]
+def _combine_block(context, fields, coordinates, out, block, count, size):  # type: ignore[no-untyped-def]
+    vector = _vector if fields.dtype == types.float32 else _integers
+    parts, sets = range(0, WIDTH, LANES), range(coordinates.ndim)
+
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         fields, coordinates, out = _pointers(target, builder, signature.args[:3], arguments[:3])
-        block, count = arguments[3:]
+        block, count, size = arguments[3:]
         first = builder.mul(builder.mul(block, count), block.type(WIDTH))
 
         def terms(number: Any) -> list[tuple[Any, Any]]:
             start = builder.add(first, builder.mul(number, number.type(WIDTH)))
-            coordinate = _broadcast(builder, _element(builder, coordinates, number))
-            places = (builder.add(start, start.type(offset)) for offset in range(0, WIDTH, LANES))
-            return [(coordinate, _vector(builder, fields, place)) for place in places]
+            vectors = [vector(builder, fields, builder.add(start, start.type(part))) for part in parts]
+            places = [builder.add(number, builder.mul(count, count.type(one))) for one in sets]
+            values = [_broadcast(builder, _element(builder, coordinates, place)) for place in places]
+            return [(value, vector) for value in values for vector in vectors]
 
-        sums = _sums(builder, count.type(0), count, WIDTH // LANES, terms)
-        for part, total in enumerate(sums):
-            place = builder.add(builder.mul(block, block.type(WIDTH)), block.type(part * LANES))
-            pointer = builder.bitcast(builder.gep(out, [place]), _VECTOR.as_pointer())
-            builder.store(total, pointer, align=4)
+        sums = _sums(builder, count.type(0), count, len(sets) * len(parts), terms)
+        for number, total in enumerate(sums):
+            one, part = divmod(number, len(parts))
+            place = builder.add(builder.mul(size, size.type(one)), builder.mul(block, block.type(WIDTH)))
+            pointer = builder.gep(out, [builder.add(place, place.type(parts[part]))])
+            builder.store(total, builder.bitcast(pointer, _VECTOR.as_pointer()), align=4)
         return target.get_dummy_value()
 
-    return types.void(fields, coordinates, out, types.int64, types.int64), generate
+    return types.void(fields, coordinates, out, types.int64, types.int64, types.int64), generate
 
 
 @intrinsic
@@ -140,6 +146,11 @@ def _element(builder: Any, array: Any, number: Any, offset: int = 0) -> Any:
 
 def _vector(builder: Any, array: Any, number: Any) -> Any:
     return builder.load(builder.bitcast(builder.gep(array, [number]), _VECTOR.as_pointer()), align=4)
+
+
+def _integers(builder: Any, array: Any, number: Any) -> Any:
+    pointer = builder.bitcast(builder.gep(array, [number]), ir.VectorType(_SHORT, LANES).as_pointer())
+    return builder.sitofp(builder.load(pointer, align=2), _VECTOR)
 
 
 def _broadcast(builder: Any, value: Any) -> Any:

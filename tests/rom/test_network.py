@@ -20,7 +20,7 @@ from tests.rom.test_rational_map import (
 )
 
 from risorius.errors import InputError
-from risorius.evaluators import RationalMap, Setting, network_fit
+from risorius.evaluators import RationalMap, Setting, network, network_fit
 from risorius.evaluators.network_fit import NetworkFit, fit_network, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
 from risorius.part import Part
@@ -71,6 +71,47 @@ def test_gradient_of_the_fit_is_that_of_its_loss():
             for step in (np.float32(3e-4), np.float32(-3e-4))
         )
         assert np.vdot(gradient, direction) == pytest.approx((plus - minus) / 6e-4, rel=5e-3), name
+
+
+def by_definition(member, parameters):
+    """Of one input, in double precision; see the module's docstring."""
+    partner, sign, parity = REFLECTION.partner, REFLECTION.sign, REFLECTION.parity
+    b = parameters / (1.0 + parameters @ member.competition)
+    sides = [b, sign * b[partner]]
+
+    def bent(inputs, weights, thresholds):
+        return bend(inputs @ weights.astype(float) + thresholds) - bend(thresholds.astype(float))
+
+    h = [bent(one, member.first, member.first_thresholds) for one in sides]
+    inputs = [np.concatenate([sides[k], h[k], h[1 - k]]) for k in range(2)]
+    k = [bent(one, member.second, member.second_thresholds) for one in inputs]
+    ours, others = (np.concatenate([sides[n], h[n], k[n]]) for n in range(2))
+    answer = np.empty(MODES)
+    answer[parity > 0.0] = (ours + others) @ member.even
+    answer[parity < 0.0] = (ours - others) @ member.odd
+    return answer
+
+
+def bend(z):
+    return np.sqrt(z**2 + network.WIDTH**2) - network.WIDTH
+
+
+def test_it_answers_as_it_is_defined(learned):
+    parameters = observed(symmetric, 20, seed=4).parameters
+    expected = [np.mean([by_definition(one, p) for one in learned.members], axis=0) for p in parameters]
+    np.testing.assert_allclose(answers(learned, parameters), expected, atol=1e-5)
+
+
+def test_weights_are_whole_numbers_of_steps_near_those_given():
+    rng = np.random.default_rng(0)
+    weights = (rng.normal(size=(50, 30)) * 10.0 ** rng.uniform(-6, 2, 30)).astype(np.float32)
+    weights[:, 4] = 0.0
+    numbers, steps = network.in_steps(weights)
+    rounded = numbers * steps
+    assert (np.abs(rounded - weights) <= np.abs(weights).max(axis=0) / 2**15).all()
+    np.testing.assert_array_equal(np.log2(steps) % 1.0, 0.0)
+    again, finer = network.in_steps(rounded[10:20])
+    np.testing.assert_array_equal(again * finer, rounded[10:20])
 
 
 def test_it_is_exact_at_rest(learned):

@@ -9,6 +9,9 @@ which is exact at rest. On a symmetric face the sum of (b, h, k) and those of th
 modes, their difference the others. The answer is the mean of the members, and how far they are apart tells what they
 know of their error (Krogh and Vedelsby 1995). `network_fit` trains them; what they miss at
 usual inputs, `remainder` adds.
+
+What an answer takes is the time to read all weights, so they are 16-bit integers (`in_steps`), and read once for both
+sides.
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ from risorius.vector_sums import combine
 
 Single = npt.NDArray[np.float32]
 WIDTH = 0.02  # of a bend's rounded corner
+COMBINED = ("first", "second", "even", "odd")  # fields of a member with weights
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,11 @@ class Member:
             odd=self.odd[features],
         )
 
+    def rounded(self) -> Member:
+        """Return that with the weights that its evaluation uses."""
+        first, second, even, odd = (_rounded(getattr(self, name)) for name in COMBINED)
+        return replace(self, first=first, second=second, even=even, odd=odd)
+
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
         for name, value in vars(self).items():
@@ -74,7 +83,21 @@ class Member:
     @classmethod
     def read(cls, group: h5py.Group) -> Member:
         """Load what `write` stored."""
-        return cls(**{name: group[name][()] for name in cls.__dataclass_fields__})
+        return cls(**{name: group[name][()] for name in cls.__dataclass_fields__}).rounded()
+
+
+def in_steps(weights: Single) -> tuple[npt.NDArray[np.int16], Single]:
+    """Whole numbers (n, m) of steps (m,), powers of two, that are next to weights; rounded ones are met exactly, also
+    by some of their rows.
+    """
+    share, exponent = np.frexp(np.abs(weights).max(axis=0, initial=0.0) / np.iinfo(np.int16).max)
+    steps = np.ldexp(np.float32(1.0), np.where(share > 0.5, exponent, exponent - 1))
+    return np.rint(weights / steps).astype(np.int16), steps
+
+
+def _rounded(weights: Single) -> Single:
+    numbers, steps = in_steps(weights)
+    return numbers * steps
 
 
 @dataclass
@@ -99,39 +122,37 @@ class NetworkMap:
         return np.flatnonzero(self.reflection.parity > 0.0), np.flatnonzero(self.reflection.parity <= 0.0)
 
     @cached_property
-    def _tables(self) -> tuple[FloatArray, Single, Single, Single, Single, Single, Single]:
-        """Fields of the members, one after the other, in the order of `Member`; what is combined is in blocks."""
-        members = self.members
-        return (
-            np.stack([one.competition for one in members]),
-            np.stack([in_blocks(one.first) for one in members]),
-            np.stack([one.first_thresholds for one in members]),
-            np.stack([in_blocks(one.second) for one in members]),
-            np.stack([one.second_thresholds for one in members]),
-            np.stack([in_blocks(one.even) for one in members]),
-            np.stack([in_blocks(one.odd) for one in members]),
-        )
+    def _tables(self) -> tuple[npt.NDArray[np.generic], ...]:
+        """Fields of the members, one after the other, in the order of `Member`; what is combined is in blocks, and
+        followed by its steps. Modes in the order of the members' answers.
+        """
+        tables: list[npt.NDArray[np.generic]] = []
+        for name in Member.__dataclass_fields__:
+            fields = [getattr(one, name) for one in self.members]
+            if name in COMBINED:
+                numbers, steps = zip(*(in_steps(one) for one in fields), strict=True)
+                tables += [np.stack([in_blocks(one) for one in numbers]), np.stack(steps)]
+            else:
+                tables.append(np.stack(fields).astype(np.float32))
+        return *tables, np.concatenate(self._modes)
 
     @cached_property
-    def _work(self) -> tuple[FloatArray, FloatArray, Single, Single, Single, Single]:
-        """Parameters, b, features of both sides, what is combined, what comes of it, answers of the members."""
+    def _work(self) -> tuple[Single, ...]:
+        """Parameters, b; of both sides: b, what the second layer combines, features, bends; sum and difference of both
+        sides' features; what is made of either; answers of the members.
+        """
         count, width = self.members[0].first.shape
-        modes = len(self.reflection.parity)
-        return (
-            np.zeros(count),
-            np.empty(count),
-            np.zeros((2, count + 2 * width), np.float32),
-            np.empty(count + 2 * width, np.float32),
-            np.empty(max(whole_blocks(modes), whole_blocks(width)), np.float32),
-            np.empty((len(self.members), modes), np.float32),
-        )
+        modes, features = len(self.reflection.parity), count + 2 * width
+        both = ((2, count), (2, features), (2, features), (2, whole_blocks(width)), (2, features))
+        shapes = ((count,), (count,), *both, (whole_blocks(modes),), (len(self.members), modes))
+        return tuple(np.zeros(shape, np.float32) for shape in shapes)
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
         everything, *work = self._work
         everything[self.inputs] = parameters
         partner, sign = self.reflection.partner, self.reflection.sign
-        self.doubt = _evaluate(everything, partner, sign, *self._tables, *self._modes, *work, out)
+        self.doubt = _evaluate(everything, partner, sign, *self._tables, *work, out)
         if self.remainder is not None:
             self.remainder.add(parameters, out)
 
@@ -184,71 +205,66 @@ class NetworkMap:
 
 @numba.njit(cache=True)
 def _evaluate(  # type: ignore[no-untyped-def]
-    parameters, partner, sign, competition, first, thresholds, second, second_thresholds, even, odd,
-    even_modes, odd_modes, variables, features, inputs, sums, answers, out,
+    parameters, partner, sign,
+    competition, first, first_steps, thresholds, second, second_steps, second_thresholds, even, even_steps, odd,
+    odd_steps, modes, variables, entry, inputs, features, bent, combined, sums, answers, out,
 ):  # fmt: skip
     """Write the mean answer of all members into `out` (r,); return how far they are apart."""
+    count, neurons, split = len(variables), thresholds.shape[1], even_steps.shape[1]
+    middle = count + neurons
     for k in range(len(answers)):
         compete(parameters, competition[k], variables)
-        _features(
-            variables, partner, sign, first[k], thresholds[k], second[k], second_thresholds[k], features, inputs, sums
-        )
-        _add_up(features, 1.0, even[k], even_modes, inputs, sums, answers[k])
-        _add_up(features, -1.0, odd[k], odd_modes, inputs, sums, answers[k])
-    return _mean(answers, out)
+        for i in range(count):
+            entry[0, i], entry[1, i] = variables[i], sign[i] * variables[partner[i]]
+        _bend(first[k], first_steps[k], thresholds[k], entry, bent)
+        for side in range(2):
+            for i in range(count):
+                features[side, i] = inputs[side, i] = entry[side, i]
+            for i in range(neurons):
+                features[side, count + i] = inputs[side, count + i] = bent[side, i]
+                inputs[side, middle + i] = bent[1 - side, i]
+        _bend(second[k], second_steps[k], second_thresholds[k], inputs, bent)
+        for side in range(2):
+            for i in range(neurons):
+                features[side, middle + i] = bent[side, i]
+        for i in range(features.shape[1]):
+            combined[0, i] = features[0, i] + features[1, i]
+            combined[1, i] = features[0, i] - features[1, i]
+        _add_up(even[k], even_steps[k], combined[0], sums, answers[k, :split])
+        _add_up(odd[k], odd_steps[k], combined[1], sums, answers[k, split:])
+    return _mean(answers, modes, sums, out)
 
 
 @numba.njit(cache=True)
-def _features(variables, partner, sign, first, thresholds, second, second_thresholds, out, inputs, sums):  # type: ignore[no-untyped-def]
-    """Write the features (2, p + 2 h) of variables (p,) and of their mirror image."""
-    count = len(variables)
-    middle = count + len(thresholds)
-    symmetric = True
-    for i in range(count):
-        out[0, i], out[1, i] = variables[i], sign[i] * variables[partner[i]]
-        symmetric &= out[0, i] == out[1, i]
-    sides = 1 if symmetric else 2
-    for side in range(sides):
-        _bend(first, out[side, :count], thresholds, sums, out[side, count:middle])
-    if symmetric:
-        out[1, count:middle] = out[0, count:middle]
-    for side in range(sides):
-        inputs[:middle] = out[side, :middle]
-        inputs[middle:] = out[1 - side, count:middle]
-        _bend(second, inputs, second_thresholds, sums, out[side, middle:])
-    if symmetric:
-        out[1, middle:] = out[0, middle:]
-
-
-@numba.njit(cache=True)
-def _bend(weights, inputs, thresholds, sums, out):  # type: ignore[no-untyped-def]
-    """Write the bent combinations (h,) of inputs, 0 where these are."""
+def _bend(weights, steps, thresholds, inputs, out):  # type: ignore[no-untyped-def]
+    """Write the bent combinations (h,) of inputs of both sides, 0 where these are."""
     square = np.float32(WIDTH * WIDTH)
-    combine(weights, inputs, sums[: len(weights) // len(inputs)])
-    for r in range(len(out)):
-        z = sums[r] + thresholds[r]
-        out[r] = np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square)
+    combine(weights, inputs, out)
+    for side in range(2):
+        for r in range(len(thresholds)):
+            z = out[side, r] * steps[r] + thresholds[r]
+            out[side, r] = np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square)
 
 
 @numba.njit(cache=True)
-def _add_up(features, sign, coefficients, modes, inputs, sums, out):  # type: ignore[no-untyped-def]
-    """Write the coordinates of some modes into their places in `out`."""
-    for i in range(len(inputs)):
-        inputs[i] = features[0, i] + sign * features[1, i]
-    combine(coefficients, inputs, sums[: len(coefficients) // len(inputs)])
+def _add_up(weights, steps, features, sums, out):  # type: ignore[no-untyped-def]
+    """Write the coordinates of modes of one kind."""
+    combine(weights, features, sums[: len(weights) // len(features)])
+    for r in range(len(out)):
+        out[r] = sums[r] * steps[r]
+
+
+@numba.njit(cache=True, fastmath={"contract", "reassoc"})
+def _mean(answers, modes, mean, out):  # type: ignore[no-untyped-def]
+    """Write the mean of answers (k, r), in the order of `modes` (r,); return the root mean square distance to it."""
+    count, square = np.float32(len(answers)), np.float32(0.0)
+    mean[:] = 0.0
+    for k in range(len(answers)):
+        for r in range(len(modes)):
+            mean[r] += answers[k, r] / count
+    for k in range(len(answers)):
+        for r in range(len(modes)):
+            square += (answers[k, r] - mean[r]) ** 2
     for r in range(len(modes)):
-        out[modes[r]] = sums[r]
-
-
-@numba.njit(cache=True)
-def _mean(answers, out):  # type: ignore[no-untyped-def]
-    """Write the mean (r,) of answers (k, r); return the root mean square distance of these to it."""
-    count, square = len(answers), 0.0
-    for r in range(len(out)):
-        total = 0.0
-        for k in range(count):
-            total += answers[k, r]
-        out[r] = total / count
-        for k in range(count):
-            square += (answers[k, r] - out[r]) ** 2
+        out[modes[r]] = mean[r]
     return (square / count) ** 0.5

@@ -63,7 +63,7 @@ def _trained(observations: Observations, reflection: Reflection, competition: Fl
         doubled = observations.symmetrised(now["competition"].astype(np.float64))
         now["competition"][:] = admissible.nearest(doubled)
     competition = now.pop("competition").astype(np.float64)
-    return Member(competition, **{name: array.copy() for name, array in now.items()})
+    return Member(competition, **{name: array.copy() for name, array in now.items()}).rounded()
 
 
 def _first(
