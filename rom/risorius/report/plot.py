@@ -13,6 +13,7 @@ from risorius.report.results import Results, Row, front
 
 FULL = "#D55E00"
 MARKER = 11.0  # points: a number fits in
+FINEST = 1e-3  # mm: smaller errors are drawn there, where nobody sees them
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,10 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     full = results.full.get(held_out)
     times = [1e6 * time for row in rows for time in axis.seconds(row)]
     end = 1e6 * full.seconds if full else max(times)
-    _draw_front(panel, [(1e6 * axis.seconds(row)[0], 1e3 * row.errors.p95) for row in rows], end, theme)
+    _draw_front(panel, [(1e6 * axis.seconds(row)[0], _drawn(row.errors.p95)) for row in rows], end, theme)
     for layer, row in enumerate(rows, start=4):
         median, p99 = (1e6 * time for time in axis.seconds(row))
-        mean, p95, largest = 1e3 * row.errors.mean, 1e3 * row.errors.p95, 1e3 * row.errors.maximum
+        mean, p95, largest = (_drawn(error) for error in (row.errors.mean, row.errors.p95, row.errors.maximum))
         faint: dict[str, Any] = {"color": row.family.colour, "linewidth": 1.0, "alpha": 0.6, "zorder": 3}
         panel.plot([median, median], [mean, largest], marker="_", markersize=7, **faint)
         panel.plot([median, p99], [p95, p95], linestyle=":", **faint)
@@ -99,6 +100,11 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
     panel.set_xlim(0.5 * min(times), 2.0 * max(end, *times))
+
+
+def _drawn(metres: float) -> float:
+    """Millimetres, as the plot has them."""
+    return max(1e3 * metres, FINEST)
 
 
 def _draw_front(panel: Any, points: Sequence[tuple[float, float]], end: float, theme: Theme) -> None:

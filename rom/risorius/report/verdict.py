@@ -106,7 +106,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.3g}"
+    return f"{1e3 * metres:.3g}" if metres >= 1e-6 else "0.001"
 
 
 def _us(seconds: float) -> str:
