@@ -61,13 +61,13 @@ def test_gradient_of_the_fit_is_that_of_its_loss():
     weights = 0.3 * rng.normal(size=sum(math.prod(shape) for shape in shapes.values())).astype(np.float32)
     views(weights, shapes)["competition"][:] = rng.uniform(0, 1, (COUNT, COUNT))
     gradient, unused = np.empty_like(weights), np.empty_like(weights)
-    rows, ways = np.arange(10), np.array([0, 2, 4])
-    problem.gradient(views(weights, shapes), rows, ways, views(gradient, shapes))
+    rows, directions = np.arange(10), rng.normal(size=(3, COUNT)).astype(np.float32)
+    problem.gradient(views(weights, shapes), rows, directions, views(gradient, shapes))
     for name in shapes:
         direction = np.zeros_like(weights)
         views(direction, shapes)[name][:] = rng.normal(size=shapes[name])
         plus, minus = (
-            problem.gradient(views(weights + step * direction, shapes), rows, ways, views(unused, shapes))
+            problem.gradient(views(weights + step * direction, shapes), rows, directions, views(unused, shapes))
             for step in (np.float32(3e-4), np.float32(-3e-4))
         )
         assert np.vdot(gradient, direction) == pytest.approx((plus - minus) / 6e-4, rel=5e-3), name
@@ -112,6 +112,18 @@ def test_weights_are_whole_numbers_of_steps_near_those_given():
     np.testing.assert_array_equal(np.log2(steps) % 1.0, 0.0)
     again, finer = network.in_steps(rounded[10:20])
     np.testing.assert_array_equal(again * finer, rounded[10:20])
+
+
+def test_derivatives_in_random_directions_cost_on_average_what_those_by_all_parameters_do():
+    data = observed(symmetric, 8)
+    nothing = replace(data, coordinates=np.zeros_like(data.coordinates))  # of which weights of 0 miss no value
+    problem, rng = NetworkFit(nothing, REFLECTION), np.random.default_rng(0)
+    size = sum(math.prod(shape) for shape in problem.shapes().values())
+    weights, unused = (views(np.zeros(size, np.float32), problem.shapes()) for _ in range(2))
+    rows = np.arange(8)
+    losses = [problem.gradient(weights, rows, problem.draw(rng)[1], unused) for _ in range(400)]
+    expected = network_fit.DERIVATIVE_WEIGHT**2 * (data.derivatives**2).sum(axis=(1, 2)).mean()
+    assert np.mean(losses) == pytest.approx(expected, rel=0.05)
 
 
 def test_it_is_exact_at_rest(learned):

@@ -1,8 +1,9 @@
 """Training of the network map: values and derivatives of snapshots, by Adam (Kingma and Ba 2015).
 
-A step looks at a few snapshots, and of their derivatives at those by a few parameters (Czarnecki et al. 2017, Sobolev
-training), for which it runs the network and its derivatives forward and their squared errors back. Weights of the
-competition are trained with the others.
+A step looks at a few snapshots, and at their derivatives in a few random directions (Czarnecki et al. 2017, Sobolev
+training), for which it runs the network and its derivatives forward and their squared errors back. Directions are 1 or
+-1 in every parameter: the mean of the squared derivatives is then the sum of those by all parameters (Hutchinson 1990).
+Weights of the competition are trained with the others.
 """
 
 from __future__ import annotations
@@ -117,25 +118,23 @@ class NetworkFit:
             "odd": (features, len(self.reflection.parity) - even),
         }
 
-    def draw(self, rng: np.random.Generator) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Numbers of random snapshots, and of random parameters."""
+    def draw(self, rng: np.random.Generator) -> tuple[npt.NDArray[np.int64], Single]:
+        """Numbers of random snapshots, and random directions (d, p)."""
         count, parameters = self.observations.parameters.shape
-        return (
-            rng.choice(count, min(BATCH, count), replace=False),
-            rng.choice(parameters, min(DIRECTIONS, parameters), replace=False),
-        )
+        rows = rng.choice(count, min(BATCH, count), replace=False)
+        return rows, rng.choice(np.array([-1.0, 1.0], np.float32), (min(DIRECTIONS, parameters), parameters))
 
-    def gradient(self, weights: Arrays, rows: npt.NDArray[np.int64], ways: npt.NDArray[np.int64], out: Arrays) -> float:
-        """Write the gradient of the loss of some snapshots and their derivatives by some parameters; return the loss.
+    def gradient(self, weights: Arrays, rows: npt.NDArray[np.int64], directions: Single, out: Arrays) -> float:
+        """Write the gradient of the loss of some snapshots and their derivatives in directions (d, p); return the loss.
 
         All that is computed is (1 + d, 2, s, ...): the value and d derivatives, of both sides, of s snapshots.
         """
-        entry = _Entry.of(self.observations.parameters[rows], ways, weights["competition"], self.reflection)
+        entry = _Entry.of(self.observations.parameters[rows], directions, weights["competition"], self.reflection)
         first = _Layer.of(entry.values, weights["first"], weights["first_thresholds"])
         inputs = np.concatenate([entry.values, first.values, first.values[:, ::-1]], axis=3)
         second = _Layer.of(inputs, weights["second"], weights["second_thresholds"])
         features = np.concatenate([entry.values, first.values, second.values], axis=3)
-        by_features, loss = self._by_features(features, weights, rows, ways, out)
+        by_features, loss = self._by_features(features, weights, rows, directions, out)
         count, neurons = weights["first"].shape
         by_inputs = second.back(by_features[..., count + neurons :], weights["second"])
         second.write(out["second"], out["second_thresholds"])
@@ -150,15 +149,16 @@ class NetworkFit:
         return loss
 
     def _by_features(
-        self, features: Single, weights: Arrays, rows: npt.NDArray[np.int64], ways: npt.NDArray[np.int64], out: Arrays
+        self, features: Single, weights: Arrays, rows: npt.NDArray[np.int64], directions: Single, out: Arrays
     ) -> tuple[Single, float]:
         """Gradient by the features, and the loss without penalties; gradients of the coefficients go to `out`."""
         derivatives = np.asarray(self.observations.derivatives)
-        targets = np.empty((1 + len(ways), len(rows), derivatives.shape[2]), np.float32)
+        targets = np.empty((1 + len(directions), len(rows), derivatives.shape[2]), np.float32)
         targets[0] = self.observations.coordinates[rows]
-        targets[1:] = derivatives[np.ix_(rows, ways)].transpose(1, 0, 2)
-        shares = np.full((1 + len(ways), 1, 1), 1.0 / len(rows), np.float32)
-        shares[1:] *= DERIVATIVE_WEIGHT**2 * derivatives.shape[1] / len(ways)
+        for place, row in enumerate(rows):
+            targets[1:, place] = directions @ derivatives[row]
+        shares = np.full((1 + len(directions), 1, 1), 1.0 / len(rows), np.float32)
+        shares[1:] *= DERIVATIVE_WEIGHT**2 / len(directions)
         result, loss = np.zeros_like(features), 0.0
         for name, sign in (("even", 1.0), ("odd", -1.0)):
             chosen = (self.reflection.parity > 0.0) == (sign > 0.0)
@@ -183,36 +183,32 @@ class _Entry:
 
     values: Single
     parameters: Single
-    ways: npt.NDArray[np.int64]
+    directions: Single
     inverse: Single
     across: Single
     reflection: Reflection
 
     @classmethod
-    def of(
-        cls, parameters: FloatArray, ways: npt.NDArray[np.int64], competition: Single, reflection: Reflection
-    ) -> _Entry:
-        p = parameters.astype(np.float32)
+    def of(cls, parameters: FloatArray, directions: Single, competition: Single, reflection: Reflection) -> _Entry:
+        p, along = parameters.astype(np.float32), directions[:, None]
         inverse = 1.0 / (1.0 + p @ competition)
-        values = np.empty((1 + len(ways), 2, *p.shape), np.float32)
+        across = (directions @ competition)[:, None]  # derivatives of the denominators, the same for all snapshots
+        values = np.empty((1 + len(directions), 2, *p.shape), np.float32)
         values[0, 0] = p * inverse
-        across = competition[ways][:, None]  # derivatives of the denominators, the same for all snapshots
-        values[1:, 0] = -p * inverse**2 * across
-        values[1 + np.arange(len(ways)), 0, :, ways] += inverse[:, ways].T
+        values[1:, 0] = along * inverse - p * inverse**2 * across
         values[:, 1] = values[:, 0][..., reflection.partner] * reflection.sign.astype(np.float32)
-        return cls(values, p, ways, inverse, across, reflection)
+        return cls(values, p, directions, inverse, across, reflection)
 
     def write(self, by_values: Single, out: Single) -> None:
         """Write the gradient by the competition (p, p), from that by the values."""
         # The mirror image of parameter i is at its partner, whose partner is i.
         turned = by_values[:, 1] * self.reflection.sign.astype(np.float32)
         ours = by_values[:, 0] + turned[..., self.reflection.partner]
-        slope = self.parameters * self.inverse**2
+        square = self.inverse**2
+        slope = self.parameters * square
         by_denominators = -ours[0] * slope + 2.0 * slope * self.inverse * (ours[1:] * self.across).sum(axis=0)
-        numbers = np.arange(len(self.ways))
-        by_denominators[:, self.ways] -= (ours[1 + numbers, :, self.ways] * self.inverse[:, self.ways].T ** 2).T
-        out[:] = self.parameters.T @ by_denominators
-        out[self.ways] -= np.einsum("dsp,sp->dp", ours[1:], slope)
+        by_denominators -= square * (ours[1:] * self.directions[:, None]).sum(axis=0)
+        out[:] = self.parameters.T @ by_denominators - self.directions.T @ (ours[1:] * slope).sum(axis=1)
 
 
 @dataclass
