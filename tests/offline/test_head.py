@@ -7,7 +7,9 @@ import pytest
 
 from risorius.errors import InputError
 from risorius.expressions import EMOTIONS
+from risorius.penetration import PenetrationMeasure
 from risorius_offline.contact_choice import ContactChoice
+from risorius_offline.contact_geometry import contact_geometry
 from risorius_offline.discretisation import Discretisation
 from risorius_offline.effect_choice import EffectChoice
 from risorius_offline.effects.signed_distance import SignedDistance
@@ -156,6 +158,16 @@ def test_smile_is_its_own_mirror_image(adult_head, contact):
     solver = EquilibriumSolver(EffectChoice(contact).model(adult_head))
     smile = solver.solve(adult_head.inputs.to_parameters(adult_head.inputs.weights({"AU12": 1.0}))).u
     np.testing.assert_allclose(smile[mirror_nodes(adult_head.points)] * MIRROR, smile, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["AU18", "AU28"])
+def test_skin_that_slides_on_bones_stays_out_of_the_teeth_that_are_seen(adult_head, unit):
+    parameters = adult_head.inputs.to_parameters(adult_head.inputs.weights({unit: 1.0}))
+    solver = EquilibriumSolver(EffectChoice(ContactChoice.LIPS).model(adult_head))
+    surface, poses = adult_head.visible_surface, adult_head.poses
+    vertices = surface.points + surface.weights @ solver.solve(parameters).u
+    measure = PenetrationMeasure(contact_geometry(adult_head), poses, surface.points, surface.triangles)
+    assert measure(vertices, poses.lift_coordinates(parameters[len(adult_head.muscles) :])).teeth < 0.3e-3
 
 
 def test_fear_raises_brows_and_draws_them_together(adult_head):

@@ -13,10 +13,12 @@ from risorius_offline.head.skin import EYE_CENTRE, EYE_RADIUS, SKIN
 
 RINGS, SECTORS = 32, 48
 IRIS_RADIUS, PUPIL_RADIUS = 5.9, 2.4
-ARCH_WIDTH, ARCH_BACK, ARCH_DEPTH = 25.0, 52.0, 36.0
+# 3 mm within the bones that tissue slides on, which are smoothed over the spacing of its nodes: skin between two nodes
+# then stays out of the teeth that are seen.
+ARCH_WIDTH, ARCH_BACK, ARCH_DEPTH = 22.0, 52.0, 33.0
 TOOTH_WIDTHS = 7.2  # mean, along the arch
 GROOVE, TOOTH_THICKNESS = 0.7, 6.0
-UPPER_TEETH, LOWER_TEETH = (-47.2, -36.5, -30.0), (-47.4, -57.0, -62.0)  # edge, neck, end of the gum
+UPPER_TEETH, LOWER_TEETH = (-46.7, -36.5, -30.0), (-47.9, -57.0, -62.0)  # edge, neck, end of the gum; apart at rest
 OVERJET = 2.0
 HEAD_CENTRE, NECK_END = (0.0, 10.0, -12.0), (0.0, -146.0, -39.0)
 HEAD_STEP, NECK_ROWS = np.radians(3.0), 20
@@ -30,7 +32,7 @@ def companions(face: FloatArray, rim: FloatArray) -> dict[str, Companion]:
     found = {
         "teeth_upper": _teeth(UPPER_TEETH, 0.0, SKULL),
         "teeth_lower": _teeth(LOWER_TEETH, OVERJET, JAW),
-        "tongue": _ellipsoid((0.0, -58.0, 57.0), (17.0, 7.5, 23.0), colours.TONGUE, JAW),
+        "tongue": _ellipsoid((0.0, -58.0, 57.0), (15.0, 7.5, 20.0), colours.TONGUE, JAW),
         "throat": _ellipsoid((0.0, -48.0, 46.0), (40.0, 28.0, 23.0), colours.THROAT, SKULL),
         "head": _rest_of_head(face, rim),
     }
