@@ -21,7 +21,8 @@ from tests.rom.test_rational_map import (
 
 from risorius.errors import InputError
 from risorius.evaluators import RationalMap, Setting, network, network_fit
-from risorius.evaluators.network_fit import NetworkFit, fit_network, views
+from risorius.evaluators.network_fit import fit_network
+from risorius.evaluators.network_gradient import DERIVATIVE_WEIGHT, NetworkGradient, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
 from risorius.part import Part
 
@@ -56,18 +57,18 @@ def one_part(parameters, modes):
 
 
 def test_gradient_of_the_fit_is_that_of_its_loss():
-    problem, rng = NetworkFit(observed(symmetric, 12), REFLECTION), np.random.default_rng(0)
-    shapes = problem.shapes()
+    problem, rng = NetworkGradient(observed(symmetric, 12), REFLECTION), np.random.default_rng(0)
+    shapes = problem.shapes
     weights = 0.3 * rng.normal(size=sum(math.prod(shape) for shape in shapes.values())).astype(np.float32)
     views(weights, shapes)["competition"][:] = rng.uniform(0, 1, (COUNT, COUNT))
     gradient, unused = np.empty_like(weights), np.empty_like(weights)
-    rows, ways = np.arange(10), np.array([0, 2, 4])
-    problem.gradient(views(weights, shapes), rows, ways, views(gradient, shapes))
+    rows, directions = problem.draw(rng)
+    problem.at(views(weights, shapes), rows, directions, views(gradient, shapes))
     for name in shapes:
         direction = np.zeros_like(weights)
         views(direction, shapes)[name][:] = rng.normal(size=shapes[name])
         plus, minus = (
-            problem.gradient(views(weights + step * direction, shapes), rows, ways, views(unused, shapes))
+            problem.at(views(weights + step * direction, shapes), rows, directions, views(unused, shapes))
             for step in (np.float32(3e-4), np.float32(-3e-4))
         )
         assert np.vdot(gradient, direction) == pytest.approx((plus - minus) / 6e-4, rel=5e-3), name
@@ -112,6 +113,18 @@ def test_weights_are_whole_numbers_of_steps_near_those_given():
     np.testing.assert_array_equal(np.log2(steps) % 1.0, 0.0)
     again, finer = network.in_steps(rounded[10:20])
     np.testing.assert_array_equal(again * finer, rounded[10:20])
+
+
+def test_derivatives_in_random_directions_cost_on_average_what_those_by_all_parameters_do():
+    data = observed(symmetric, 8)
+    nothing = replace(data, coordinates=np.zeros_like(data.coordinates))  # of which weights of 0 miss no value
+    problem, rng = NetworkGradient(nothing, REFLECTION), np.random.default_rng(0)
+    size = sum(math.prod(shape) for shape in problem.shapes.values())
+    weights, unused = (views(np.zeros(size, np.float32), problem.shapes) for _ in range(2))
+    rows = np.arange(8)
+    losses = [problem.at(weights, rows, problem.draw(rng)[1], unused) for _ in range(400)]
+    expected = DERIVATIVE_WEIGHT**2 * (data.derivatives**2).sum(axis=(1, 2)).mean()
+    assert np.mean(losses) == pytest.approx(expected, rel=0.05)
 
 
 def test_it_is_exact_at_rest(learned):

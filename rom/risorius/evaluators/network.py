@@ -133,19 +133,19 @@ class NetworkMap:
                 numbers, steps = zip(*(in_steps(one) for one in fields), strict=True)
                 tables += [np.stack([in_blocks(one) for one in numbers]), np.stack(steps)]
             else:
-                tables.append(np.stack(fields).astype(np.float32))
+                tables.append(np.stack(fields))
         return *tables, np.concatenate(self._modes)
 
     @cached_property
-    def _work(self) -> tuple[Single, ...]:
+    def _work(self) -> tuple[FloatArray | Single, ...]:
         """Parameters, b; of both sides: b, what the second layer combines, features, bends; sum and difference of both
         sides' features; what is made of either; answers of the members.
         """
         count, width = self.members[0].first.shape
         modes, features = len(self.reflection.parity), count + 2 * width
         both = ((2, count), (2, features), (2, features), (2, whole_blocks(width)), (2, features))
-        shapes = ((count,), (count,), *both, (whole_blocks(modes),), (len(self.members), modes))
-        return tuple(np.zeros(shape, np.float32) for shape in shapes)
+        shapes = (*both, (whole_blocks(modes),), (len(self.members), modes))
+        return np.zeros(count), np.empty(count), *(np.empty(shape, np.float32) for shape in shapes)
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
