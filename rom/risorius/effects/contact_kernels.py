@@ -20,7 +20,7 @@ from risorius.effects.contact_patches import (
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
-FAR_MOVED = 2e-3  # metres that a control has moved, after which all is looked at again
+FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
@@ -35,7 +35,7 @@ FAR = 8e-3  # metres between lips that cannot touch
 LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
-AT_BORDER = 2.0  # in place of a way out, where the nearest is at the border of a lip
+AT_BORDER = 2.0  # in place of a way out, where what is nearest does not count, but what is beside it may
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
@@ -136,7 +136,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
     triangle. There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is
-    tissue in between.
+    tissue in between. Where the border or what is behind at rest is why, the way out is AT_BORDER.
     """
     for e in range(count):
         number = which[e]
@@ -195,6 +195,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
+            ways[number, 0] = AT_BORDER
             continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
@@ -312,7 +313,7 @@ def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  
 
 @_compiled
 def _allow_for_borders(gaps, ways):  # type: ignore[no-untyped-def]
-    """Take off gaps (l,) of points nearest to a border, where it may be passed, how deep it may be behind there."""
+    """Take off gaps (l,) of points at a border how deep their neighbours may be beyond it without passing anything."""
     for number in range(len(gaps)):
         if ways[number, 0] == AT_BORDER:
             gaps[number] = max(0.0, gaps[number] - DEEPEST)
