@@ -15,13 +15,15 @@ from risorius.errors import InputError
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.surface import CarriedSurface
+from risorius.whole_steps import rounded_fields
 
 
 @dataclass(frozen=True)
 class CarriedBasis:
     """Fields of n vertices that are weights (n, m) @ fields of m carrying points.
 
-    fields: (r, m, 3) float32, metres per unit coordinate. Raises InputError where the two do not fit.
+    fields: (r, m, 3) float32, metres per unit coordinate, rounded to 16 bits so that reading them takes half the time.
+    Raises InputError where fields and weights do not fit.
     """
 
     fields: npt.NDArray[np.float32]
@@ -38,12 +40,12 @@ class CarriedBasis:
     def of_surface(cls, surface: CarriedSurface, fields: FloatArray) -> CarriedBasis:
         """Basis of a surface from fields (r, nodes, 3) on all nodes of its mesh; only those that carry it are kept."""
         carriers = np.unique(surface.weights.indices)
-        return cls(fields[:, carriers].astype(np.float32), surface.weights[:, carriers].tocsr())
+        return cls(rounded_fields(fields[:, carriers].astype(np.float32)), surface.weights[:, carriers].tocsr())
 
     @classmethod
     def of_vertices(cls, basis: npt.NDArray[np.float32]) -> CarriedBasis:
         """Basis (r, n, 3) whose vertices carry themselves."""
-        return cls(basis, sp.identity(basis.shape[1], format="csr"))
+        return cls(rounded_fields(basis), sp.identity(basis.shape[1], format="csr"))
 
     def __len__(self) -> int:
         return len(self.fields)
@@ -80,4 +82,4 @@ class CarriedBasis:
     @classmethod
     def read(cls, group: h5py.Group) -> CarriedBasis:
         """Load what `write` stored."""
-        return cls(group["fields"][()], storage.read_sparse(group["weights"]))
+        return cls(rounded_fields(group["fields"][()]), storage.read_sparse(group["weights"]))

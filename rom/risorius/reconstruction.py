@@ -44,7 +44,8 @@ class Reconstruction(Protocol):
 def reconstruction(basis: CarriedBasis, rest: Vertices) -> Reconstruction:
     """Whichever way reads fewer bytes, for vertices at rest (n, 3)."""
     carried = CarriedReconstruction(basis, rest)
-    plain = len(basis) * rest.nbytes + rest.nbytes
+    themselves = basis.weights.nnz == len(rest) and (basis.weights.data == 1.0).all()
+    plain = len(basis) * rest.size * (carried.itemsize if themselves else rest.itemsize) + rest.nbytes
     return carried if carried.bytes_read < plain else PlainReconstruction(basis, rest)
 
 
@@ -77,6 +78,7 @@ class CarriedReconstruction:
         order = np.append(order, np.full(-len(order) % LANES, order[-1]))  # the last block is full, too
         self._blocks = *_in_blocks(basis.weights[order]), order.astype(np.uint32), rest[order].reshape(-1)
         self._fields = PackedFields(basis.fields)
+        self.itemsize = self._fields.itemsize
         self._gain = float(abs(basis.weights).sum(axis=1).max())
         self._terms = len(basis) + int(np.diff(basis.weights.indptr).max()) + 1
         self._rest = rest

@@ -4,7 +4,9 @@ import scipy.sparse as sp
 
 from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
+from risorius.packed_fields import whole_blocks
 from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, reconstruction
+from risorius.whole_steps import rounded_fields
 
 RANK, CARRIERS = 30, 40
 
@@ -59,6 +61,24 @@ def test_stated_error_is_that_of_single_precision_and_grows_with_the_coordinates
 def test_zero_coordinates_give_the_rest_shape_to_the_last_bit(way):
     basis, rest = made_up(500)
     np.testing.assert_array_equal(written(way(basis, rest), np.zeros(RANK), 500), rest)
+
+
+def test_rounded_fields_take_half_the_bytes_and_give_the_same_sums(way):
+    basis, rest = made_up(500)
+    rounded = CarriedBasis(rounded_fields(basis.fields), sp.identity(CARRIERS, format="csr"))
+    ours = way(rounded, rest[:CARRIERS])
+    coordinates = np.random.default_rng(5).normal(size=RANK)
+    error = np.abs(written(ours, coordinates, CARRIERS) - exact(rounded, rest[:CARRIERS], coordinates)).max()
+    assert error <= ours.error_bound(coordinates)
+    single = way(CarriedBasis(basis.fields, rounded.weights), rest[:CARRIERS])
+    assert single.bytes_read - ours.bytes_read == RANK * 2 * whole_blocks(3 * CARRIERS)
+
+
+def test_fields_are_rounded_by_less_than_one_of_32767_parts_and_their_parts_not_again():
+    fields = made_up(500)[0].fields
+    rounded = rounded_fields(fields)
+    assert (np.abs(rounded - fields).max(axis=(1, 2)) <= np.abs(fields).max(axis=(1, 2)) / 32767).all()
+    np.testing.assert_array_equal(rounded_fields(rounded[:, :9]), rounded[:, :9])
 
 
 def test_a_vertex_that_nothing_carries_stays(way):

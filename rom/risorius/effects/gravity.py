@@ -23,6 +23,7 @@ from risorius.evaluators.setting import Setting
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
+from risorius.whole_steps import rounded_fields
 
 MODES = 16
 STATES = 400  # equilibria at most, evenly chosen
@@ -47,7 +48,7 @@ class Gravity:
     def __init__(
         self, fields: npt.NDArray[np.float32], width: float, states: FloatArray, mean: FloatArray, weights: FloatArray
     ) -> None:
-        self.fields = fields
+        self.fields = rounded_fields(fields)
         self._width, self._states, self._mean, self._weights = width, states, mean, weights
         # exp(-|s - p|^2 / 2) = exp(s p) exp(-|s|^2 / 2) exp(-|p|^2 / 2), the second of which goes with the weights.
         centres = np.ascontiguousarray(states.T, np.float32)

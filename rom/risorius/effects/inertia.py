@@ -30,6 +30,7 @@ from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_
 from risorius.modal import visible_measure
 from risorius.part import Part
 from risorius.snapshot_file import Rows, SnapshotSet
+from risorius.whole_steps import rounded_fields
 
 STATES = 64  # equilibria at most, evenly chosen, that tell what tissue is pressed against
 
@@ -54,7 +55,7 @@ class Inertia:
         lifts: int,
         strain_lag: StrainLag,
     ) -> None:
-        self.fields = fields
+        self.fields = rounded_fields(fields)
         self._vibrations, self._strain_lag = vibrations, strain_lag
         self._static, self._lifts = np.ascontiguousarray(static), lifts
         self._muscles = len(strain_lag.times)

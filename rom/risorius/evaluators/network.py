@@ -32,8 +32,8 @@ from risorius.jaw import FloatArray
 from risorius.packed_fields import in_blocks, whole_blocks
 from risorius.part import Part
 from risorius.vector_sums import combine
+from risorius.whole_steps import Single, in_steps, rounded
 
-Single = npt.NDArray[np.float32]
 WIDTH = 0.02  # of a bend's rounded corner
 COMBINED = ("first", "second", "even", "odd")  # fields of a member with weights
 
@@ -72,7 +72,7 @@ class Member:
 
     def rounded(self) -> Member:
         """Return that with the weights that its evaluation uses."""
-        first, second, even, odd = (_rounded(getattr(self, name)) for name in COMBINED)
+        first, second, even, odd = (rounded(getattr(self, name)) for name in COMBINED)
         return replace(self, first=first, second=second, even=even, odd=odd)
 
     def write(self, group: h5py.Group) -> None:
@@ -84,20 +84,6 @@ class Member:
     def read(cls, group: h5py.Group) -> Member:
         """Load what `write` stored."""
         return cls(**{name: group[name][()] for name in cls.__dataclass_fields__}).rounded()
-
-
-def in_steps(weights: Single) -> tuple[npt.NDArray[np.int16], Single]:
-    """Whole numbers (n, m) of steps (m,), powers of two, that are next to weights; rounded ones are met exactly, also
-    by some of their rows.
-    """
-    share, exponent = np.frexp(np.abs(weights).max(axis=0, initial=0.0) / np.iinfo(np.int16).max)
-    steps = np.ldexp(np.float32(1.0), np.where(share > 0.5, exponent, exponent - 1))
-    return np.rint(weights / steps).astype(np.int16), steps
-
-
-def _rounded(weights: Single) -> Single:
-    numbers, steps = in_steps(weights)
-    return numbers * steps
 
 
 @dataclass

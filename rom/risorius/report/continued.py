@@ -80,7 +80,9 @@ def _nodal_fields(model: ReducedModel, snapshots: SnapshotSet) -> FloatArray:
     signs = np.sign(np.einsum("rmc, rmc -> r", theirs, ours))[:, None, None]
     if not np.abs(signs * theirs - ours).max() < SAME_MODES * np.abs(ours).max():
         raise InputError(f"model {model.name!r}: modes of its snapshots are others; train it anew from them")
-    return np.concatenate([snapshots.lift_fields, signs * modes])
+    fields = np.concatenate([snapshots.lift_fields, signs * modes])
+    fields[:, carriers] = model.carried_basis.fields
+    return fields
 
 
 def _stops(run: FullModelRun, snapshots: SnapshotSet, guess: FloatArray, parameters: FloatArray) -> Mapping[str, _Stop]:
