@@ -17,6 +17,7 @@ from risorius_offline.effects.effect import Effect
 from risorius_offline.effects.gravity import UPRIGHT, gravity
 from risorius_offline.effects.lip_contact import LipContact
 from risorius_offline.effects.lip_seam import LipSeam
+from risorius_offline.effects.skin_contact import SkinContact, teeth_of
 from risorius_offline.effects.skin_prestress import SkinPrestress
 from risorius_offline.full_model import FullModel
 
@@ -53,6 +54,8 @@ class EffectChoice:
         effects: list[Effect] = []
         if self.contact != ContactChoice.NONE:
             effects.append(BoneContact(anatomy, GAP_TOLERANCE))
+            if teeth_of(anatomy):
+                effects.append(SkinContact(anatomy))
         if self.contact == ContactChoice.LIPS:
             effects.append(LipSeam(anatomy))
         if self.contact == ContactChoice.FULL:

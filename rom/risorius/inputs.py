@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -94,7 +93,9 @@ class InputTable:
             positions = self.aliases.get(name)
             if positions is None:
                 raise InputError(self.unknown(name))
-            result[list(positions)] = self._checked(name, value, float(self.lower[positions[0]]))
+            weight = self._checked(name, value, float(self.lower[positions[0]]))
+            for position in positions:
+                result[position] = weight
         return result
 
     def checked(self, weights: npt.ArrayLike) -> FloatArray:
@@ -171,11 +172,11 @@ class InputTable:
     @staticmethod
     def _checked(name: str, value: Weight, lower: float) -> float:
         try:
-            number = LETTER_WEIGHTS[str(value)] if value in tuple(LETTER_WEIGHTS) else float(value)
+            number = LETTER_WEIGHTS[value] if isinstance(value, str) and value in LETTER_WEIGHTS else float(value)
         except (TypeError, ValueError):
             raise InputError(
                 f"{name}: weight {value!r} is not a number; give one in [{lower:g}, 1] or a FACS letter A to E"
             ) from None
-        if not math.isfinite(number) or not lower <= number <= 1.0:
+        if not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number

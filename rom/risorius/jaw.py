@@ -41,9 +41,9 @@ class JawMotion:
 
     def lift_coordinates(self, jaw: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
         """Return the four lift coordinates (sin, 1 - cos, metres forward, metres sideways) of jaw weights (3,)."""
-        opening, forward, sideways = (float(w) for w in np.asarray(jaw))
+        opening, forward, sideways = np.asarray(jaw).tolist()
         result = np.empty(self.lift_count) if out is None else out
-        result[:2] = hinge_coordinates(opening * self.opening_angle)
+        result[0], result[1] = hinge_coordinates(opening * self.opening_angle)
         result[2] = opening * self.opening_slide + forward * self.forward_slide
         result[3] = sideways * self.sideways_slide
         return result

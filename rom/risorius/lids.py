@@ -35,10 +35,10 @@ class LidMotion:
 
     def lift_coordinates(self, lids: npt.ArrayLike, out: FloatArray | None = None) -> FloatArray:
         """Return the four lift coordinates (sin, 1 - cos of the left lid, then of the right) of lid weights (2,)."""
-        left, right = (float(weight) * self.closing_angle for weight in np.asarray(lids))
+        left, right = np.asarray(lids).tolist()
         result = np.empty(self.lift_count) if out is None else out
-        result[:2] = hinge_coordinates(left)
-        result[2:] = hinge_coordinates(right)
+        result[0], result[1] = hinge_coordinates(left * self.closing_angle)
+        result[2], result[3] = hinge_coordinates(right * self.closing_angle)
         return result
 
     def lift_slopes(self, lids: npt.ArrayLike) -> FloatArray:

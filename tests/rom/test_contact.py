@@ -9,7 +9,7 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
+from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED, gaps_to_lips
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
@@ -321,6 +321,47 @@ def test_depth_that_sweeps_have_left_is_seen(depth):
     contact, rest = on_ball()
     vertices = pressed(rest, depth)
     assert contact._look.deepest(vertices) == pytest.approx(depth, abs=0.03e-3)
+
+
+def random_lips(rest, rng):
+    """Either lip pushed by up to 4 mm, here and there."""
+    upper, places = np.arange(len(rest)) >= SIDE**2, rest[:, [0, 2]]
+    vertices = rest.astype(np.float64)
+    for _ in range(6):
+        centre, width, push = rng.uniform(-10e-3, 10e-3, 2), rng.uniform(2e-3, 4e-3), rng.uniform(-4e-3, 4e-3, 3)
+        bump = np.exp(-((places - centre) ** 2).sum(axis=1) / width**2)
+        vertices += np.where(upper == (rng.random() < 0.5), bump, 0.0)[:, None] * push
+    return vertices.astype(np.float32)
+
+
+def test_depth_that_sweeps_have_left_in_lips_is_told():
+    """What is said to be left is at least what a look at all of it then finds, however far sweeps have moved."""
+    contact, rest = lips()
+    look, rng, far = contact._look, np.random.default_rng(1), 0
+    for _ in range(60):
+        vertices = random_lips(rest, rng)
+        told = look.resolve(vertices)
+        far += np.linalg.norm(look.moved, axis=1).max() > FAR_MOVED
+        assert look.deepest(vertices) <= max(told, 0.0) + 1e-6
+    assert far > 40
+
+
+@pytest.mark.parametrize("depth", [1e-3, 2e-3])
+@pytest.mark.parametrize("aside", [0.0, 2e-3, 4e-3])
+def test_no_leader_beyond_the_rim_of_a_lip_hides_what_is_in_it(depth, aside):
+    """Points in the other lip by their own way downhill are seen, though their leader's may end at the rim."""
+    contact, rest = lips()
+    look, tables = contact._look, contact.tables
+    vertices = rest.copy()
+    vertices[SIDE**2 :] += np.float32([aside, -1e-3 - depth, 0.3 * aside])
+    look.deepest(vertices)
+    seen, at = look._state[5].copy(), tables.facing.copy()
+    gaps, ways, everyone = np.zeros(len(at)), np.zeros((len(at), 3)), np.arange(len(at), dtype=np.int32)
+    gaps_to_lips(vertices, tables.vertices, everyone, len(at), at, tables.places, tables.triangles, tables.across,
+                 tables.planes, 1.0, gaps, ways)  # fmt: skip
+    inside = gaps < -TOLERATED
+    assert np.count_nonzero(inside) > 1000
+    assert (seen[inside] < 0.0).all()
 
 
 def test_blocks_of_the_grid_never_hide_contact():

@@ -32,18 +32,38 @@ LARGEST_APPROACH = 2e-3
 
 
 @dataclass(frozen=True)
-class _Pose:
+class Pose:
     """Where a bone is: x at rest has gone to rotation x + translation."""
 
     rotation: FloatArray
     translation: FloatArray
+
+    @classmethod
+    def still(cls) -> Pose:
+        """Of a bone that has not moved."""
+        return cls(np.eye(3), np.zeros(3))
 
     def at_rest(self, points: FloatArray) -> FloatArray:
         """Where points (k, 3) are as seen from the bone at rest."""
         return (points - self.translation) @ self.rotation
 
 
-_STILL = _Pose(np.eye(3), np.zeros(3))
+class JawPose:
+    """Where the jaw of an anatomy is: `pose`, for the parameters last set."""
+
+    def __init__(self, anatomy: Anatomy) -> None:
+        self._motion, self._first_weight = anatomy.jaw_motion, len(anatomy.muscles)
+        self.pose = Pose.still()
+
+    def set_parameters(self, parameters: FloatArray) -> None:
+        """Take the pose from the parameters (p,)."""
+        if self._motion is None:
+            return
+        frame = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+        weights = parameters[self._first_weight :][: len(self._motion.inputs)]
+        lifts = self._motion.lift_coordinates(weights)
+        moved = frame + np.tensordot(lifts, self._motion.unit_motions(frame), axes=1)
+        self.pose = Pose((moved[1:] - moved[0]).T, moved[0])
 
 
 @dataclass(frozen=True)
@@ -65,7 +85,6 @@ class BoneContact:
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
         self._motion = anatomy.jaw_motion
-        self._first_jaw_weight = len(anatomy.muscles)
         if not anatomy.bones:
             raise InputError(f"anatomy {anatomy.name!r} has no bones; contact needs the surface of one at least")
         self._node_count = len(anatomy.points)
@@ -73,20 +92,14 @@ class BoneContact:
         self.nodes = np.flatnonzero((areas > 0.0) & ~anatomy.prescribed)
         self.areas, self._rest = areas[self.nodes], anatomy.points[self.nodes]
         self._bones = tuple(self._bone(anatomy, name) for name in anatomy.bones)
-        self._jaw, self._jaw_nodes = _STILL, anatomy.jaw
+        self._jaw, self._jaw_nodes = JawPose(anatomy), anatomy.jaw
         if self._motion is not None:  # lift coordinates (4, 3 j) of a displacement of the jaw's prescribed nodes
             motions = self._motion.unit_motions(anatomy.points[anatomy.jaw])
             self._lifts = np.linalg.pinv(motions.reshape(len(motions), -1).T)
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the pose of the jaw from the parameters (p,)."""
-        if self._motion is None:
-            return
-        frame = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-        weights = parameters[self._first_jaw_weight :][: len(self._motion.inputs)]
-        lifts = self._motion.lift_coordinates(weights)
-        moved = frame + np.tensordot(lifts, self._motion.unit_motions(frame), axes=1)
-        self._jaw = _Pose((moved[1:] - moved[0]).T, moved[0])
+        self._jaw.set_parameters(parameters)
 
     def gaps(self, u: FloatArray) -> FloatArray:
         """Gap (k,) in metres of every contact node to its nearest bone, counted from rest where it starts below d.
@@ -121,7 +134,7 @@ class BoneContact:
             nodes.append(self.nodes[touching])
             matrices.append(normal - (scale * overlap**2)[:, None, None] * hessian)
         blocks = np.concatenate(matrices)
-        return NodeBlocks(np.concatenate(nodes)[:, None], _positive_part(blocks) if project else blocks)
+        return NodeBlocks(np.concatenate(nodes)[:, None], positive_part(blocks) if project else blocks)
 
     def admits(self, u: FloatArray) -> bool:
         """Whether no node is more than 2 mm inside a bone."""
@@ -170,8 +183,8 @@ class BoneContact:
         onset = np.where(inside, -np.inf, np.minimum(distance.values(self._rest), self._tolerance))
         return _Bone(distance, onset, name == JAW_BONE)
 
-    def _pose(self, bone: _Bone) -> _Pose:
-        return self._jaw if bone.moves else _STILL
+    def _pose(self, bone: _Bone) -> Pose:
+        return self._jaw.pose if bone.moves else Pose.still()
 
     def _bone_step(self, bone: _Bone, u: FloatArray, direction: FloatArray) -> FloatArray:
         """What `direction` (n, 3) does to the bone, (k, 3) at the contact nodes as if they were part of it."""
@@ -222,7 +235,7 @@ def _nodal_areas(anatomy: Anatomy) -> FloatArray:
     return areas
 
 
-def _positive_part(matrices: FloatArray) -> FloatArray:
+def positive_part(matrices: FloatArray) -> FloatArray:
     """Symmetric matrices (k, 3, 3) with negative eigenvalues raised to zero."""
     values, vectors = np.linalg.eigh(matrices)
     return (vectors * np.maximum(values, 0.0)[:, None]) @ np.swapaxes(vectors, 1, 2)

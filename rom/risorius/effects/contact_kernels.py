@@ -20,7 +20,7 @@ from risorius.effects.contact_patches import (
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
-FAR_MOVED, BESIDE = 0.5e-3, 1e-3  # metres by which a patch has moved, and of a gap there that is looked at again
+FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
@@ -35,6 +35,7 @@ FAR = 8e-3  # metres between lips that cannot touch
 LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
+AT_BORDER = 2.0  # in place of a way out, where what is nearest does not count, but what is beside it may
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
@@ -135,7 +136,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
     triangle. There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is
-    tissue in between.
+    tissue in between. Where the border or what is behind at rest is why, the way out is AT_BORDER.
     """
     for e in range(count):
         number = which[e]
@@ -174,6 +175,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         for k in range(3):
             opposite = w2 if k == 0 else (w0 if k == 1 else w1)
             ends = ends or (opposite == 0.0 and across[t, k] < 0)
+        ways[number, 0] = AT_BORDER if ends else 0.0
         if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
@@ -193,6 +195,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
+            ways[number, 0] = AT_BORDER
             continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
@@ -305,6 +308,16 @@ def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  
     _approach(x, teeth, lips, count, count_lips, state)
     nearer = _search(x, lips[0], lips[3], patches_of_lips[3], corners, which_lips, count_lips, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
+    _allow_for_borders(gaps_lips, state[6])
+
+
+@_compiled
+def _allow_for_borders(gaps, ways):  # type: ignore[no-untyped-def]
+    """Take off gaps (l,) of points at a border how deep their neighbours may be beyond it without passing anything."""
+    for number in range(len(gaps)):
+        if ways[number, 0] == AT_BORDER:
+            gaps[number] = max(0.0, gaps[number] - DEEPEST)
+            ways[number, 0] = 0.0
 
 
 @_compiled
@@ -326,7 +339,7 @@ def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  #
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    near_starts, near, leaders, members, fan_starts, fans, radii, _movers = corners
+    near_starts, near, leaders, members, fan_starts, fans, radii = corners
     found = 0
     for e in range(count):
         number = which[e]
@@ -372,23 +385,12 @@ def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  #
 
 
 @_compiled
-def _left(order, starts, movers, moved, facing, at, gaps, which):  # type: ignore[no-untyped-def]
-    """Write numbers of points of lips that may be too deep, or near and in a patch that sweeps have moved far.
-
-    What passes a point there need not be where it was nearest: the way downhill begins anew. Returns how many.
-    """
-    found = 0
-    for patch in range(len(movers)):
-        k, far = movers[patch], False
-        if k >= 0:
-            far = moved[k, 0] ** 2 + moved[k, 1] ** 2 + moved[k, 2] ** 2 > FAR_MOVED * FAR_MOVED
-        for e in range(starts[patch], starts[patch + 1]):
-            number = order[e]
-            if gaps[number] < (BESIDE if far else -TOLERATED):
-                at[number] = facing[number] if far else at[number]
-                which[found] = number
-                found += 1
-    return found
+def _moved_far(moved):  # type: ignore[no-untyped-def]
+    for control in range(len(moved)):
+        square = moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2
+        if square > FAR_MOVED * FAR_MOVED:
+            return True
+    return False
 
 
 @_compiled
@@ -424,10 +426,10 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
                 _approach(x, teeth, lips, count, count_lips, state)
         if sweeps == swept:
             break
-        count = below(-TOLERATED, gaps, which)
-        count_lips = _left(
-            patches_of_lips[2], patches_of_lips[3], corners[7], moved, lips[1], at, gaps_lips, which_lips
-        )
+        if _moved_far(moved):
+            _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+            continue
+        count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
             break
         _enclose(x, corners[3], patches_of_lips[3], corners[6])

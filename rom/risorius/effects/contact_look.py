@@ -102,7 +102,6 @@ def _corners(tables: ContactTables, sides: npt.NDArray[np.integer], patches: Pat
     return (
         near.indptr.astype(np.int32), near.indices.astype(np.int32), t.vertices[leaders[near.indices]],
         t.vertices[patches.order], fans.indptr.astype(np.int32), fans.indices.astype(np.int32), np.zeros(len(leaders)),
-        t.movers[t.vertices[leaders]],
     )  # fmt: skip
 
 

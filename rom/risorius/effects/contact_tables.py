@@ -84,12 +84,6 @@ class ContactTables:
     orientation: npt.NDArray[np.int64]
 
     @cached_property
-    def movers(self) -> npt.NDArray[np.int32]:
-        """(n,) the control in which each vertex has its largest share, -1 where none moves it."""
-        largest = np.asarray(self.shares.argmax(axis=1)).ravel() if self.shares.shape[1] else self.row_starts[:-1]
-        return np.where(np.diff(self.row_starts) > 0, largest, -1).astype(np.int32)
-
-    @cached_property
     def shares(self) -> sp.csr_matrix:
         """Shares (n, c) of vertices in correction fields."""
         shape = len(self.row_starts) - 1, len(self.column_starts) - 1

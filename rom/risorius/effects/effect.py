@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
@@ -119,6 +120,6 @@ def vector(values: npt.ArrayLike, what: str) -> FloatArray:
         result = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
         result = np.empty(0)
-    if result.shape != (3,) or not np.isfinite(result).all():
+    if result.shape != (3,) or not all(map(math.isfinite, result.tolist())):
         raise InputError(f"{what} {values!r}; give three finite numbers")
     return result

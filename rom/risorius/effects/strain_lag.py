@@ -13,6 +13,9 @@ by beta (E.KE) / (E.K_t E).
 
 from __future__ import annotations
 
+import math
+
+import numba
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
@@ -42,16 +45,8 @@ class StrainLag:
 
     def add(self, step: float | None, loads: FloatArray, modal: FloatArray) -> None:
         """Add e to modal coordinates (r,) at loads (m,), a step after those told last; nothing without a step."""
-        np.maximum(loads, 0.0, out=self._now)
-        np.power(self._now, 1.5, out=self._now)
-        self._now *= 2.0 / 3.0
-        if step is None:
-            self._lagged[:] = self._now
-        else:
-            lag(step, self.times, self._before, self._now, self._lagged)
-        self._before[:] = self._now
-        self._now -= self._lagged
-        modal += self._now @ self.shares
+        elapsed = math.inf if step is None else step
+        _add(elapsed, self.times, self.shares, loads, self._now, self._before, self._lagged, modal)
 
 
 class StrainedBody:
@@ -91,3 +86,18 @@ class StrainedBody:
         if driven <= 0.0:
             return np.zeros_like(u), STIFFNESS_DAMPING
         return result.reshape(u.shape), STIFFNESS_DAMPING * min(1.0, damped / driven)
+
+
+@numba.njit(cache=True)
+def _add(step, times, shares, loads, now, before, lagged, modal):  # type: ignore[no-untyped-def]
+    """Add what is missing to modal coordinates (r,) at loads (m,); after an infinite step that is nothing."""
+    for m in range(len(now)):
+        load = max(loads[m], 0.0)
+        now[m] = 2.0 / 3.0 * load * math.sqrt(load)
+    lag(step, times, before, now, lagged)
+    for m in range(len(now)):
+        before[m] = now[m]
+        missing = now[m] - lagged[m]
+        if missing != 0.0:
+            for r in range(len(modal)):
+                modal[r] += missing * shares[m, r]
