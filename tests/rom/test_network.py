@@ -204,7 +204,7 @@ def test_a_part_answers_as_the_whole_does(kind, left, kept, request):
     few = learned.within(one_part(left, [0, 2]))
     few.coordinates(parameters[left], part)
     np.testing.assert_array_equal(part, whole[[0, 2]])
-    assert few.members[0].first.shape == (kept, 4 * COUNT)
+    assert few.members[0].first.shape == (kept, 5 * COUNT)
 
 
 @pytest.mark.parametrize("kind", ["learned", "completed"])
@@ -229,7 +229,7 @@ def test_a_stored_network_answers_as_before(tmp_path, kind, request):
 def test_a_face_without_mirror_image_is_learned_too(patient):
     found = fit_network(observed(competing, 60))
     assert worst_error(found, competing) < 0.05 * np.abs(observed(competing, 200, seed=1).coordinates).max()
-    assert found.members[0].odd.shape == (COUNT + 2 * 4 * COUNT, 0)
+    assert found.members[0].odd.shape == (COUNT + 2 * 5 * COUNT, 0)
     assert found.reflection.parity.shape == (MODES,)
 
 

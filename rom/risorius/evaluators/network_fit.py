@@ -16,8 +16,8 @@ from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 
 MEMBERS = 2
-STEPS_EACH, MOST_STEPS = 25, 14_000  # steps for each snapshot
-RATE, LAST_RATE = 8e-3, 1e-6  # of Adam; it falls along a cosine
+STEPS_EACH, MOST_STEPS = 16, 14_000  # steps for each snapshot
+RATE, LAST_RATE = 4e-3, 1e-6  # of Adam; it falls along a cosine
 MOMENTS = (0.9, 0.99)
 FIRST_THRESHOLDS, FIRST_COEFFICIENTS = 0.05, 0.01
 
