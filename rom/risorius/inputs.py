@@ -116,7 +116,7 @@ class InputTable:
 
         Named muscle activations add to what the inputs ask of the same muscle, up to full activation.
         """
-        parameters = np.clip(weights @ self.drive, self.parameter_lower, 1.0)
+        parameters = np.minimum(np.maximum(weights @ self.drive, self.parameter_lower), 1.0)
         return np.minimum(parameters + self.activations(muscles), 1.0) if muscles else parameters
 
     def activations(self, muscles: Mapping[str, Weight]) -> FloatArray:

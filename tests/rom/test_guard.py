@@ -13,6 +13,7 @@ from risorius.guard import Guard, Verdict, Watch
 from risorius.mechanics.body import Body, PassiveElements
 from risorius.pipeline import Pipeline
 from risorius.reconstruction import reconstruction
+from risorius.whole_steps import rounded_fields
 
 STRETCHES = np.zeros((4, 5, 9), np.float32)
 """Coordinate 0 prescribed; the others stretch five points along x, y, z, each point by another part of it."""
@@ -104,7 +105,7 @@ def watched_model(synthetic_model):
     """The synthetic model with tissue that folds where the modal coordinates come to 0.95 and more."""
     gradients = np.zeros((synthetic_model.rank, 3, 9), np.float32)
     gradients[synthetic_model.lifts :, :, 0] = -1.0 / 0.95
-    return replace(synthetic_model, watch=Watch(gradients, longest=3.0))
+    return replace(synthetic_model, watch=Watch(rounded_fields(gradients), longest=3.0))
 
 
 def test_a_mended_frame_says_so_and_states_what_it_may_be_off(watched_model, synthetic_model):
