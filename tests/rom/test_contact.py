@@ -9,7 +9,7 @@ import pytest
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED, gaps_to_lips
+from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
@@ -344,24 +344,6 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
         far += np.linalg.norm(look.moved, axis=1).max() > FAR_MOVED
         assert look.deepest(vertices) <= max(told, 0.0) + 1e-6
     assert far > 40
-
-
-@pytest.mark.parametrize("depth", [1e-3, 2e-3])
-@pytest.mark.parametrize("aside", [0.0, 2e-3, 4e-3])
-def test_no_leader_beyond_the_rim_of_a_lip_hides_what_is_in_it(depth, aside):
-    """Points in the other lip by their own way downhill are seen, though their leader's may end at the rim."""
-    contact, rest = lips()
-    look, tables = contact._look, contact.tables
-    vertices = rest.copy()
-    vertices[SIDE**2 :] += np.float32([aside, -1e-3 - depth, 0.3 * aside])
-    look.deepest(vertices)
-    seen, at = look._state[5].copy(), tables.facing.copy()
-    gaps, ways, everyone = np.zeros(len(at)), np.zeros((len(at), 3)), np.arange(len(at), dtype=np.int32)
-    gaps_to_lips(vertices, tables.vertices, everyone, len(at), at, tables.places, tables.triangles, tables.across,
-                 tables.planes, 1.0, gaps, ways)  # fmt: skip
-    inside = gaps < -TOLERATED
-    assert np.count_nonzero(inside) > 1000
-    assert (seen[inside] < 0.0).all()
 
 
 def test_blocks_of_the_grid_never_hide_contact():

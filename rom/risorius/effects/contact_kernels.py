@@ -35,7 +35,6 @@ FAR = 8e-3  # metres between lips that cannot touch
 LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
-AT_BORDER = 2.0  # in place of a way out, where what is nearest does not count, but what is beside it may
 APART = 1.0  # metres: a gap where there is nothing to touch
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
@@ -136,7 +135,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
     triangle. There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is
-    tissue in between. Where the border or what is behind at rest is why, the way out is AT_BORDER.
+    tissue in between.
     """
     for e in range(count):
         number = which[e]
@@ -175,7 +174,6 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         for k in range(3):
             opposite = w2 if k == 0 else (w0 if k == 1 else w1)
             ends = ends or (opposite == 0.0 and across[t, k] < 0)
-        ways[number, 0] = AT_BORDER if ends else 0.0
         if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
@@ -195,7 +193,6 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
-            ways[number, 0] = AT_BORDER
             continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
@@ -308,16 +305,6 @@ def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  
     _approach(x, teeth, lips, count, count_lips, state)
     nearer = _search(x, lips[0], lips[3], patches_of_lips[3], corners, which_lips, count_lips, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
-    _allow_for_borders(gaps_lips, state[6])
-
-
-@_compiled
-def _allow_for_borders(gaps, ways):  # type: ignore[no-untyped-def]
-    """Take off gaps (l,) of points at a border how deep their neighbours may be beyond it without passing anything."""
-    for number in range(len(gaps)):
-        if ways[number, 0] == AT_BORDER:
-            gaps[number] = max(0.0, gaps[number] - DEEPEST)
-            ways[number, 0] = 0.0
 
 
 @_compiled
