@@ -20,7 +20,7 @@ from tests.rom.test_rational_map import (
 )
 
 from risorius.errors import InputError
-from risorius.evaluators import RationalMap, Setting, network, network_fit
+from risorius.evaluators import RationalMap, Setting, network
 from risorius.evaluators.network_fit import fit_network
 from risorius.evaluators.network_gradient import DERIVATIVE_WEIGHT, NetworkGradient, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
@@ -43,12 +43,6 @@ def usual():
 @pytest.fixture(scope="module")
 def completed(learned, usual):
     return learned.completed(usual)
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """Few snapshots need more steps for each than those of a face."""
-    monkeypatch.setattr(network_fit, "STEPS_EACH", 30)
 
 
 def one_part(parameters, modes):
@@ -151,7 +145,7 @@ def test_denominators_stay_admissible(learned):
         np.testing.assert_array_equal(member.competition[:, MUSCLES:], 0.0)
 
 
-def test_lips_that_press_on_each_other_are_followed_where_products_cannot(monkeypatch, patient):
+def test_lips_that_press_on_each_other_are_followed_where_products_cannot(monkeypatch):
     data = observed(pressed, 60)
     found = worst_error(fit_network(data), pressed)
     monkeypatch.setattr("risorius.evaluators.rational.fit_kinks", lambda data, competition: np.zeros((COUNT, 0)))
@@ -226,7 +220,7 @@ def test_a_stored_network_answers_as_before(tmp_path, kind, request):
     np.testing.assert_array_equal(answers(stored, parameters), answers(learned, parameters))
 
 
-def test_a_face_without_mirror_image_is_learned_too(patient):
+def test_a_face_without_mirror_image_is_learned_too():
     found = fit_network(observed(competing, 60))
     assert worst_error(found, competing) < 0.05 * np.abs(observed(competing, 200, seed=1).coordinates).max()
     assert found.members[0].odd.shape == (COUNT + 2 * 5 * COUNT, 0)

@@ -17,6 +17,7 @@ from risorius.jaw import FloatArray
 
 MEMBERS = 2
 STEPS_EACH, MOST_STEPS = 16, 14_000  # steps for each snapshot
+STEPS_OF_FEW, ENOUGH_OF_FEW = 2 * STEPS_EACH, 4_000  # where snapshots are few, twice as many up to so many
 RATE, LAST_RATE = 4e-3, 1e-6  # of Adam; it falls along a cosine
 MOMENTS = (0.9, 0.99)
 FIRST_THRESHOLDS, FIRST_COEFFICIENTS = 0.05, 0.01
@@ -35,13 +36,19 @@ def fit_network(observations: Observations) -> NetworkMap:
     return NetworkMap(members, reflection, np.arange(count))
 
 
+def _steps(snapshots: int) -> int:
+    """Number of steps for so many snapshots."""
+    of_few = min(STEPS_OF_FEW * snapshots, ENOUGH_OF_FEW)
+    return min(max(STEPS_EACH * snapshots, of_few), MOST_STEPS)
+
+
 def _trained(observations: Observations, reflection: Reflection, competition: FloatArray, seed: int) -> Member:
     rng = np.random.default_rng(seed)
     problem, admissible = NetworkGradient(observations, reflection), AdmissibleWeights.of(observations)
     shapes = problem.shapes
     theta = np.concatenate([one.ravel() for one in _first(observations, competition, shapes, rng).values()])
     mean, square, gradient = np.zeros_like(theta), np.zeros_like(theta), np.empty_like(theta)
-    steps = min(STEPS_EACH * len(observations.parameters), MOST_STEPS)
+    steps = _steps(len(observations.parameters))
     now, slopes = views(theta, shapes), views(gradient, shapes)
     for step in range(1, steps + 1):
         problem.at(now, *problem.draw(rng), slopes)
