@@ -38,14 +38,12 @@ class Pose:
     rotation: FloatArray
     translation: FloatArray
 
-    @classmethod
-    def still(cls) -> Pose:
-        """Of a bone that has not moved."""
-        return cls(np.eye(3), np.zeros(3))
-
     def at_rest(self, points: FloatArray) -> FloatArray:
         """Where points (k, 3) are as seen from the bone at rest."""
         return (points - self.translation) @ self.rotation
+
+
+STILL = Pose(np.eye(3), np.zeros(3))
 
 
 class JawPose:
@@ -53,7 +51,7 @@ class JawPose:
 
     def __init__(self, anatomy: Anatomy) -> None:
         self._motion, self._first_weight = anatomy.jaw_motion, len(anatomy.muscles)
-        self.pose = Pose.still()
+        self.pose = STILL
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the pose from the parameters (p,)."""
@@ -130,9 +128,8 @@ class BoneContact:
         for bone in self._bones:
             touching, overlap, gradient, hessian = self._contacts(bone, u)
             scale = self.areas[touching] * self._pressure / self._tolerance**2
-            normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
             nodes.append(self.nodes[touching])
-            matrices.append(normal - (scale * overlap**2)[:, None, None] * hessian)
+            matrices.append(stiffness(scale, overlap, gradient, hessian))
         blocks = np.concatenate(matrices)
         return NodeBlocks(np.concatenate(nodes)[:, None], positive_part(blocks) if project else blocks)
 
@@ -184,7 +181,7 @@ class BoneContact:
         return _Bone(distance, onset, name == JAW_BONE)
 
     def _pose(self, bone: _Bone) -> Pose:
-        return self._jaw.pose if bone.moves else Pose.still()
+        return self._jaw.pose if bone.moves else STILL
 
     def _bone_step(self, bone: _Bone, u: FloatArray, direction: FloatArray) -> FloatArray:
         """What `direction` (n, 3) does to the bone, (k, 3) at the contact nodes as if they were part of it."""
@@ -233,6 +230,13 @@ def _nodal_areas(anatomy: Anatomy) -> FloatArray:
         area = 0.5 * np.linalg.norm(np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1), axis=1)
         np.add.at(areas, faces, area[:, None] / faces.shape[1])
     return areas
+
+
+def stiffness(scale: FloatArray, overlap: FloatArray, gradient: FloatArray, hessian: FloatArray) -> FloatArray:
+    """Second derivatives (c, 3, 3) of scale / 3 overlap^3, by those of the distance that an overlap falls with."""
+    normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+    matrices: FloatArray = normal - (scale * overlap**2)[:, None, None] * hessian
+    return matrices
 
 
 def positive_part(matrices: FloatArray) -> FloatArray:

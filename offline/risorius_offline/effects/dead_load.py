@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from risorius.jaw import FloatArray
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 
 
 @dataclass(frozen=True)
-class DeadLoad:
+class DeadLoad(Unobstructed):
     """Nodal forces (n, 3) in newtons; the energy is minus their work."""
 
     nodal_forces: FloatArray
@@ -29,14 +29,3 @@ class DeadLoad:
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
         """Return none: the energy is linear."""
         return NodeBlocks.none()
-
-    def admits(self, u: FloatArray) -> bool:
-        """Return True: every displacement is admissible."""
-        return True
-
-    def push_out(self, u: FloatArray) -> None:
-        """Nothing: it admits every displacement."""
-
-    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Return 1: every displacement is admissible."""
-        return 1.0

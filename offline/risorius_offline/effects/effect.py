@@ -24,6 +24,21 @@ class NodeBlocks:
         return cls(np.zeros((0, 1), dtype=np.int64), np.zeros((0, 3, 3)))
 
 
+class Unobstructed:
+    """Part of an effect that admits every displacement: nothing is pushed out, and no step is shortened."""
+
+    def admits(self, u: FloatArray) -> bool:
+        """Return True."""
+        return True
+
+    def push_out(self, u: FloatArray) -> None:
+        """Nothing."""
+
+    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
+        """Return 1."""
+        return 1.0
+
+
 class Effect(Protocol):
     """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
 

@@ -23,7 +23,7 @@ from risorius.mechanics.one_sided import OneSidedSprings
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.pairs import PairList
 from risorius_offline.effects.plane_height import PlaneHeight
 from risorius_offline.effects.point_triangle import TRIANGLE, closest_point, compiled
@@ -35,7 +35,7 @@ FACING = -0.7  # cosine of the angle between normals of faces that can meet
 EQUALLY = 1e-9  # metres by which the nearest triangles may differ: a foot on an edge, a node in the plane of symmetry
 
 
-class LipSeam:
+class LipSeam(Unobstructed):
     """The effect for an anatomy. nodes (k, 4): of the pairs, first the one that faces the other three."""
 
     def __init__(self, anatomy: Anatomy) -> None:
@@ -82,17 +82,6 @@ class LipSeam:
             found -= (scale * overlap**2)[:, None, None] * heights.hessians
         blocks[touching] = found
         return NodeBlocks(self.nodes, blocks)
-
-    def admits(self, u: FloatArray) -> bool:
-        """Return True: lips that are through each other are pushed back from where they are."""
-        return True
-
-    def push_out(self, u: FloatArray) -> None:
-        """Nothing: it admits every displacement."""
-
-    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Return 1: every displacement is admissible."""
-        return 1.0
 
     def springs_at_rest(self, reach: float) -> OneSidedSprings:
         """What stops lips at rest that come nearer to each other by less than `reach` metres."""

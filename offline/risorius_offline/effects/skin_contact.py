@@ -21,9 +21,9 @@ from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.contact_geometry import TEETH
 from risorius_offline.discretisation import IntArray
-from risorius_offline.effects.bone_contact import JawPose, Pose, positive_part
+from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, positive_part, stiffness
 from risorius_offline.effects.contact_surface import ContactSurface
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.signed_distance import SignedDistance
 
 GAP_TOLERANCE, PRESSURE = 1e-3, 50e3  # metres; pascals at zero gap
@@ -39,7 +39,7 @@ class _Tooth:
     moves: bool
 
 
-class SkinContact:
+class SkinContact(Unobstructed):
     """The effect for an anatomy that has teeth among its companions.
 
     weights (k, n): of the nodes that carry the k points. Raises InputError that names teeth that are not usable.
@@ -81,10 +81,8 @@ class SkinContact:
         """A block for every point in contact."""
         points, matrices = [], []
         for touching, overlap, gradient, hessian in self._contacts(u):
-            scale = self._scale[touching]
-            normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
             points.append(touching)
-            matrices.append(normal - (scale * overlap**2)[:, None, None] * hessian)
+            matrices.append(stiffness(self._scale[touching], overlap, gradient, hessian))
         if not points:
             return NodeBlocks.none()
         nodes, shares = self._carriers(np.concatenate(points))
@@ -92,17 +90,6 @@ class SkinContact:
         blocks = np.einsum("ka,kij,kb->kaibj", shares, positive_part(found) if project else found, shares)
         size = 3 * nodes.shape[1]
         return NodeBlocks(nodes, blocks.reshape(-1, size, size))
-
-    def admits(self, u: FloatArray) -> bool:
-        """Return True: skin in teeth is pushed out from where it is."""
-        return True
-
-    def push_out(self, u: FloatArray) -> None:
-        """Nothing: it admits every displacement."""
-
-    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Return 1: every displacement is admissible."""
-        return 1.0
 
     def _places(self, u: FloatArray) -> FloatArray:
         places: FloatArray = self._rest + self.weights @ u
@@ -112,7 +99,7 @@ class SkinContact:
         return tooth.onset - tooth.distance.values(self._pose(tooth).at_rest(places))
 
     def _pose(self, tooth: _Tooth) -> Pose:
-        return self._jaw.pose if tooth.moves else Pose.still()
+        return self._jaw.pose if tooth.moves else STILL
 
     def _contacts(self, u: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
         """Of teeth that points touch: numbers (c,) of these, overlap (c,) and derivatives of the distance there."""

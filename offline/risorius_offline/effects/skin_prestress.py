@@ -8,12 +8,12 @@ import numpy as np
 
 from risorius.jaw import FloatArray
 from risorius_offline.discretisation import IntArray
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 
 SKIN_THICKNESS = 1.5e-3  # metres; dermis and epidermis of the cheek
 
 
-class SkinPrestress:
+class SkinPrestress(Unobstructed):
     """Isotropic membrane tension sigma h (N/m) in the skin triangles (m, 3) of nodes at rest (n, 3).
 
     Energy sigma h/2 times the integral over the skin at rest of |grad_s u|^2: that of a tension which keeps its nominal
@@ -46,17 +46,6 @@ class SkinPrestress:
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
         """Return the constant, positive semi-definite blocks of the triangles."""
         return self._blocks
-
-    def admits(self, u: FloatArray) -> bool:
-        """Return True: every displacement is admissible."""
-        return True
-
-    def push_out(self, u: FloatArray) -> None:
-        """Nothing: it admits every displacement."""
-
-    def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
-        """Return 1: every displacement is admissible."""
-        return 1.0
 
     def _nodal(self, u: FloatArray) -> FloatArray:
         return np.einsum("eab,ebi->eai", self._laplacian, u[self._skin])
