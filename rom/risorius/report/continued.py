@@ -15,6 +15,7 @@ from risorius.errors import InputError
 from risorius.evaluators import Setting
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
+from risorius.operating_point import most_accurate
 from risorius.pipeline import pipelines
 from risorius.report.candidates import MAPS, Family, OfflineCost, family_of
 from risorius.report.full_model import FullModelRun
@@ -43,10 +44,10 @@ def continued(model: ReducedModel, snapshots: SnapshotSet, held_out: HeldOut, ru
     Times are those of the held-out snapshots themselves, from nodal displacements to nodal displacements. No rows
     where the model has no learned map.
     """
-    maps = [point for point in model.points if family_of(point.setting) is MAPS]
+    maps = tuple(point for point in model.points if family_of(point.setting) is MAPS)
     if not maps:
         return
-    setting = min(maps, key=lambda point: point.p95).setting
+    setting = most_accurate(maps).setting
     ways = [_stops(run, snapshots, *start) for start in _starts(model, snapshots, held_out, setting)]
     kinds = np.array(held_out.kinds)
     for name in ways[0]:
