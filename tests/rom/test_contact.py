@@ -16,6 +16,8 @@ from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
 from risorius.errors import InputError
+from risorius.gauntlet.case import Ask, Bench
+from risorius.gauntlet.judge import Judge
 from risorius.jaw import JawMotion
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
@@ -387,20 +389,31 @@ def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_
     assert larger[1] == 0
 
 
-def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(synthetic_model):
+@pytest.fixture(scope="module")
+def walled_model(synthetic_model):
     """An opened jaw takes the whole face up to 35 mm into a wall behind it; sweeps move nothing by more than 8 mm."""
     rest = synthetic_model.rest_vertices
     lowest, spacing = np.array([-0.08, -0.14, -0.06]), 5e-3
     depth = lowest[2] + spacing * np.arange(24) - (rest[:, 2].min() - 2e-3)
     wall = Obstacle(lowest, spacing, np.broadcast_to(depth, (33, 40, 24)).astype(np.float32))
-    contact = contact_of(
-        ContactGeometry({"wall": wall}, NO_SEAM), rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest)
-    )
-    walled = Engine(replace(synthetic_model, effects={"contact": contact}))
-    free = Engine(synthetic_model)
+    geometry = ContactGeometry({"wall": wall}, NO_SEAM)
+    contact = contact_of(geometry, rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest))
+    return replace(synthetic_model, effects={"contact": contact})
+
+
+def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, synthetic_model):
+    walled, free = Engine(walled_model), Engine(synthetic_model)
     ours, other = (engine.evaluate({"jaw_open": 1.0}) for engine in (walled, free))
     assert (ours.method, ours.converged) == (other.method + ", went back", True)
     way = np.linalg.norm(ours.vertices - other.vertices, axis=1).max()
     assert way - FARTHEST <= ours.error - other.error <= way + FARTHEST
     ours, other = (engine.evaluate({"jaw_open": 0.01}) for engine in (walled, free))
     assert (ours.method, ours.error) == (other.method, other.error)
+
+
+@pytest.mark.parametrize(("opened", "needless"), [(1.0, 0), (0.01, 1)])
+def test_gauntlet_sees_a_mouth_that_goes_back_without_need(walled_model, monkeypatch, opened, needless):
+    monkeypatch.setattr("risorius.effects.contact.TOLERATED", -2.0)  # so that it always goes back
+    judge = Judge(Bench(walled_model))
+    judge.take(Ask({"jaw_open": opened}))
+    assert (judge.went_back, judge.broken["needed"]) == (1, needless)

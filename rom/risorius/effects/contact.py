@@ -73,6 +73,12 @@ class Contact:
 
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
+        self.gave_way = 0.0
+        if self.sweep(coordinates, vertices) > TOLERATED:
+            self._go_back(vertices)
+
+    def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> float:
+        """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
         transforms = self.tables.transforms
         if len(transforms):
             np.dot(
@@ -81,9 +87,7 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        self.gave_way = 0.0
-        if self._look.resolve(vertices) > TOLERATED:
-            self._go_back(vertices)
+        return self._look.resolve(vertices)
 
     def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
