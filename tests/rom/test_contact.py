@@ -5,29 +5,25 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 
 from risorius.companion import JAW, SKULL
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
-from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
 from risorius.errors import InputError
 from risorius.gauntlet.case import Ask, Bench
 from risorius.gauntlet.judge import Judge
-from risorius.jaw import JawMotion
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
 from risorius.poses import Poses
 from risorius.scene import Scene
 
 BALL, EDGE, SIDE = 10e-3, 1e-3, 41  # radius; of the sheet's squares; points along it
-JAW_MOTION = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
-NO_SEAM = np.zeros((0, 2), dtype=np.int64)
-AT_REST = np.zeros(4)
 
 
 def ball(moves_with=SKULL):
@@ -50,15 +46,6 @@ def sheet(height):
     return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]).astype(np.float32), triangles.astype(
         np.int32
     )
-
-
-def contact_of(geometry, rest, triangles, pressed, carriers=5):
-    """Contact of a surface that in its only frame of training is `pressed`; the jaw takes no tissue with it."""
-    rest, poses = rest.astype(np.float32), Poses(JAW_MOTION)
-    tables = contact_tables(geometry, poses, rest, triangles, [(AT_REST, pressed)])
-    touching = np.union1d(tables.points, tables.vertices)
-    retreat = Retreat.of(geometry, poses, np.zeros((4, len(rest), 3)), rest, triangles, touching)
-    return Contact(tables, retreat, geometry, carriers)
 
 
 def on_ball(moves_with=SKULL):
@@ -387,18 +374,6 @@ def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_
         larger.append(np.count_nonzero(effect._look._state[5] > most))
     assert larger[0] > 10
     assert larger[1] == 0
-
-
-@pytest.fixture(scope="module")
-def walled_model(synthetic_model):
-    """An opened jaw takes the whole face up to 35 mm into a wall behind it; sweeps move nothing by more than 8 mm."""
-    rest = synthetic_model.rest_vertices
-    lowest, spacing = np.array([-0.08, -0.14, -0.06]), 5e-3
-    depth = lowest[2] + spacing * np.arange(24) - (rest[:, 2].min() - 2e-3)
-    wall = Obstacle(lowest, spacing, np.broadcast_to(depth, (33, 40, 24)).astype(np.float32))
-    geometry = ContactGeometry({"wall": wall}, NO_SEAM)
-    contact = contact_of(geometry, rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest))
-    return replace(synthetic_model, effects={"contact": contact})
 
 
 def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, synthetic_model):
