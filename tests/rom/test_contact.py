@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 
-from risorius.companion import JAW, SKULL
+from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED
@@ -276,30 +276,51 @@ def test_skin_deeper_than_sweeps_can_mend_goes_back_as_far_as_it_has_to():
     assert moved.max() > 8e-3
 
 
-def test_a_mouth_goes_back_to_rest_with_the_lower_lip_on_the_jaw():
-    contact, rest = lips()
-    retreat = contact.retreat
-    turn, origin = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]]), np.array([0.0, -2e-3, 1e-3])
-    before = (rest + 5e-3).astype(np.float32)
-    none, all_of_it = before.copy(), before.copy()
-    retreat.go(0.0, before, turn, origin, none)
-    np.testing.assert_array_equal(none, before)
-    retreat.go(1.0, before, turn, origin, all_of_it)
-    touching = np.intersect1d(retreat.vertices[retreat.most == 1.0], contact.tables.vertices)
-    np.testing.assert_allclose(all_of_it[touching], rest[touching], atol=1e-7)  # no tissue goes with this jaw
-    carried = replace(retreat, carried=np.ones_like(retreat.carried))
-    carried.go(1.0, before, turn, origin, all_of_it)
-    np.testing.assert_allclose(all_of_it[touching], rest[touching] @ turn.T + origin, atol=1e-7)
-
-
-def test_lower_lip_goes_with_the_jaw_the_upper_one_stays():
-    """Sheets that elastic tissue would take half of the way."""
-    geometry = lips()[0].geometry
-    rest, triangles = lips()[1], np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+@pytest.fixture(scope="module")
+def retreat():
+    """Of sheets that elastic tissue would take half of the way with the jaw, all of which may touch."""
+    geometry, rest = lips()[0].geometry, lips()[1]
+    triangles = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
     half = 0.5 * JAW_MOTION.unit_motions(rest.astype(np.float64))
-    retreat = Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest)))
-    middle = np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3
-    upper = rest[:, 1] > 0.0
+    return Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest))), rest
+
+
+def gone_back(retreat, rest, jaw, share=1.0):
+    """Where a face 5 mm from rest gets to by going back with the jaw at weights (3,)."""
+    before = (rest + 5e-3).astype(np.float32)
+    vertices, targets = before.copy(), np.empty_like(retreat.places)
+    retreat.aim(JAW_MOTION.lift_coordinates(jaw), unit_transforms(JAW_MOTION), targets)
+    return vertices, retreat.go(share, targets, before, vertices)
+
+
+def test_a_mouth_goes_back_to_rest_with_the_lower_lip_on_the_opened_jaw(retreat):
+    retreat, rest = retreat
+    still, way = gone_back(retreat, rest, [0.5, 0.0, 0.0], share=0.0)
+    np.testing.assert_array_equal(still, (rest + 5e-3).astype(np.float32))
+    assert way == 0.0
+    vertices, _ = gone_back(retreat, rest, [0.5, 0.0, 0.0])
+    upper, middle = rest[:, 1] > 0.0, np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3
+    np.testing.assert_allclose(vertices[upper & middle], rest[upper & middle], atol=1e-6)
+    points = rest[~upper & middle].astype(np.float64)
+    lifts = JAW_MOTION.lift_coordinates([0.5, 0.0, 0.0])
+    carried = points + np.tensordot(lifts, JAW_MOTION.unit_motions(points), axes=1)
+    np.testing.assert_allclose(vertices[~upper & middle], carried, atol=1e-6)
+
+
+@pytest.mark.parametrize("forward", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("sideways", [-1.0, 1.0])
+def test_lips_do_not_cross_where_a_mouth_has_gone_back_with_the_jaw_closed(retreat, forward, sideways):
+    """Both go as far, so that what lies on what is the same as at rest."""
+    retreat, rest = retreat
+    vertices, _ = gone_back(retreat, rest, [0.0, forward, sideways])
+    moved = (vertices - rest)[np.abs(rest[:, [0, 2]]).max(axis=1) < 12e-3]
+    ahead = [0.0, 0.0, max(forward, 0.0) * JAW_MOTION.forward_slide]
+    np.testing.assert_allclose(moved, np.broadcast_to(ahead, moved.shape), atol=1e-6)
+
+
+def test_lower_lip_is_carried_the_upper_one_is_not(retreat):
+    retreat, rest = retreat
+    middle, upper = np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3, rest[:, 1] > 0.0
     np.testing.assert_allclose(retreat.carried[middle & upper], 0.0, atol=1e-6)
     np.testing.assert_allclose(retreat.carried[middle & ~upper], 1.0, atol=1e-6)
 
