@@ -2,8 +2,8 @@
 
 At rest nothing touches. With the jaw opened or pushed forwards, the lower lip goes with it as if it were one with its
 teeth, and the upper lip stays; what joins them at the corners of the mouth is in between (harmonic on the surface), and
-what is farther away goes as far with the jaw as elastic tissue does. The upper lip goes forwards, too, while the mouth is
-closed, else the lower one would come through it; and neither goes aside or back, into the other or the upper teeth.
+what is farther away goes as far with the jaw as elastic tissue does. The upper lip goes forwards, too, while the mouth
+is closed, else the lower one would come through it; and neither goes aside or back, into the other or the upper teeth.
 """
 
 from __future__ import annotations
