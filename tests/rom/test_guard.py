@@ -138,7 +138,7 @@ class Bomb:
     def respond(self, parameters, coordinates, own, surroundings):
         own[0] = np.nan if self.lit and self.where == "coordinates" else 0.0
 
-    def finish(self, coordinates, vertices):
+    def finish(self, coordinates, vertices, mended=False):
         if self.lit and self.where == "vertices":
             vertices[3, 1] = 1e9
 

@@ -28,6 +28,7 @@ from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
+PRESSES = 2  # sweeps at most, out of what a look that makes sure has found
 
 
 class Contact:
@@ -45,7 +46,7 @@ class Contact:
         self.fields = np.zeros((0, carriers, 3), np.float32)
         self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
         self.gave_way = 0.0
-        self._look = ContactLook(tables, self._turn, self._origin)
+        self._look = ContactLook(tables, retreat, self._turn, self._origin)
         self._targets = np.empty_like(retreat.places)
         self._before, self._best = np.empty((2, len(tables.row_starts) - 1, 3), np.float32)
 
@@ -74,13 +75,13 @@ class Contact:
     ) -> None:
         """Nothing: it is the vertices that touch."""
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         self.gave_way = 0.0
-        if self.sweep(coordinates, vertices) > TOLERATED:
+        if self.sweep(coordinates, vertices, mended) > TOLERATED:
             self._go_back(coordinates, vertices)
 
-    def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> float:
+    def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
         transforms = self.tables.transforms
         if len(transforms):
@@ -90,7 +91,18 @@ class Contact:
             self._turn[:] = self._motion[:3, :3]
             self._turn.flat[::4] += 1.0
             self._origin[:] = self._motion[:3, 3]
-        return self._look.resolve(vertices)
+        depth = self._look.resolve(vertices, mended)
+        return self._pressed(vertices) if depth > TOLERATED or self._look.doubtful else depth
+
+    def _pressed(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Make sure of what is left, moving vertices out of it; return metres that are left of it."""
+        depth = self._look.proven(vertices)
+        for _ in range(PRESSES):
+            if depth <= TOLERATED:
+                break
+            self._look.press(vertices)
+            depth = self._look.proven(vertices)
+        return depth
 
     def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
@@ -101,7 +113,8 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            depth = self._look.resolve(vertices)
+            self._look.resolve(vertices, True)
+            depth = self._pressed(vertices)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

@@ -21,6 +21,7 @@ _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
 FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
+SHRUNK = 1.8e-3  # metres that a gap to what does not count has become smaller by; nor is it then, of folded tissue
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
@@ -36,6 +37,7 @@ LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
+UNCOUNTED = 2.0  # in place of a way out, where what is nearest does not count, but what is beside it may
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
@@ -174,6 +176,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         for k in range(3):
             opposite = w2 if k == 0 else (w0 if k == 1 else w1)
             ends = ends or (opposite == 0.0 and across[t, k] < 0)
+        ways[number, 0] = UNCOUNTED if ends else 0.0
         if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
@@ -193,6 +196,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
+            ways[number, 0] = UNCOUNTED
             continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
@@ -206,7 +210,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _smallest(gaps):  # type: ignore[no-untyped-def]
+def smallest(gaps):  # type: ignore[no-untyped-def]
     smallest = APART
     for gap in gaps:
         smallest = min(smallest, gap)
@@ -282,12 +286,13 @@ def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: i
     """Look at all that may touch."""
     points = teeth[0]
     vertices, facing = lips[0], lips[1]
-    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
+    at, which, which_lips, gaps, _ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
     leaders, slack, order, order_starts = patches
     leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
     at[:] = facing
+    ways_lips[:, 0] = 0.0
     which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
-    _enclose(x, corners[3], patches_of_lips[3], corners[6])
+    enclose_patches(x, corners[3], patches_of_lips[3], corners[6])
     _look(x, teeth, lips, patches_of_lips, corners, len(leaders), len(leaders_lips), state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
@@ -320,7 +325,7 @@ def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  
 
 
 @_compiled
-def _enclose(x, members, starts, radii):  # type: ignore[no-untyped-def]
+def enclose_patches(x, members, starts, radii):  # type: ignore[no-untyped-def]
     """Set radii (g,) of patches of vertices about their first, the leader."""
     for patch in range(len(radii)):
         o, square = members[starts[patch]], 0.0
@@ -393,8 +398,18 @@ def _moved_far(moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _shrunk(leaders, gaps, ways, at_rest):  # type: ignore[no-untyped-def]
+    """Whether what does not count has come much nearer to any leader than it is at rest: gaps then (g,)."""
+    for patch in range(len(leaders)):
+        leader = leaders[patch]
+        if ways[leader, 0] == UNCOUNTED and gaps[leader] < at_rest[patch] - SHRUNK:
+            return True
+    return False
+
+
+@_compiled
 def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
-    return -min(_smallest(gaps), _smallest(gaps_lips))
+    return -min(smallest(gaps), smallest(gaps_lips))
 
 
 @_compiled
@@ -405,20 +420,39 @@ def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: 
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything, at the most."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+def _sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) once out of what gaps tell; take off these what may have come closer."""
+    at, _which, _which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+    gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+    gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+    farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+    take_off_shifts(teeth[0], shifts, farthest, gaps)
+    take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
+
+
+@_compiled
+def press(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
+    """Sweep once, and look at what may be in teeth then."""
+    _sweep(x, teeth, lips, rows, columns, state)
+    _approach(x, teeth, lips, below(0.0, state[3], state[1]), 0, state)
+
+
+@_compiled
+def resolve(  # type: ignore[no-untyped-def]
+    x, teeth, lips, rows, columns, patches, patches_of_lips, corners, at_rest, folded, state
+):
+    """Move vertices x (n, 3) out of teeth and lips; at_rest (g,): gaps of leaders of the lips; folded: tissue was.
+
+    Returns metres that any point is left in anything, at the most, and whether there may be something that is not seen.
+    """
+    _at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, moved, _shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, corners, state)
     sweeps = 0
     for _round in range(ROUNDS):
         swept = sweeps
         while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
-            gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-            gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-            farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
-            take_off_shifts(teeth[0], shifts, farthest, gaps)
-            take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
+            _sweep(x, teeth, lips, rows, columns, state)
             sweeps += 1
             if sweeps < SWEEPS:
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
@@ -431,6 +465,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
         count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
             break
-        _enclose(x, corners[3], patches_of_lips[3], corners[6])
+        enclose_patches(x, corners[3], patches_of_lips[3], corners[6])
         _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
-    return _deepest(gaps, gaps_lips)
+    doubt = folded and (_moved_far(moved) or _shrunk(patches_of_lips[0], gaps_lips, state[6], at_rest))
+    return _deepest(gaps, gaps_lips), doubt

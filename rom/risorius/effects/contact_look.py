@@ -10,9 +10,11 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import deepest, put_back, resolve
+from risorius.effects.contact_kernels import deepest, press, put_back, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
+from risorius.effects.lip_proof import LipProof
+from risorius.effects.retreat import Retreat
 from risorius.jaw import FloatArray
 
 AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and a patch that may come near it
@@ -22,10 +24,11 @@ Numbers = npt.NDArray[np.int32]
 class ContactLook:
     """Looks at all points of the tables. Not thread-safe: it owns what it works with.
 
-    turn (3, 3), origin (3,): of the jaw, as it is when it looks.
+    turn (3, 3), origin (3,): of the jaw, as it is when it looks. doubtful: whether the last `resolve` may have missed
+    something in the lips.
     """
 
-    def __init__(self, tables: ContactTables, turn: FloatArray, origin: FloatArray) -> None:
+    def __init__(self, tables: ContactTables, retreat: Retreat, turn: FloatArray, origin: FloatArray) -> None:
         t = tables
         self._teeth = (
             t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves, *t.least, turn,
@@ -38,7 +41,8 @@ class ContactLook:
         touching = t.onset > -1.0
         kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
         slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
-        sides = _sides(t)[t.vertices]
+        side_of = _sides(t)
+        sides = side_of[t.vertices]
         of_lips = Patches.of(rows[t.vertices], sides)
         self._patches = (
             _tables(Patches.of(rows[t.points], kinds), slack),
@@ -52,18 +56,29 @@ class ContactLook:
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
+        self._proof = LipProof(self._lips, side_of, retreat)
+        self.doubtful = False
+        self.deepest(self._proof.rest)
+        self._at_rest = self._state[5][of_lips.leaders]
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
+    def resolve(self, vertices: npt.NDArray[np.float32], folded: bool) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        Returns metres that any point is left in anything at the most, negative where none is.
+        folded: whether tissue was, before it was mended. Returns metres that any point is left in anything at the most, negative where none is.
         """
-        return float(
-            resolve(
-                vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._corners,
-                self._state,
-            )
+        depth, self.doubtful = resolve(
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._corners, self._at_rest,
+            folded, self._state,
         )  # fmt: skip
+        return float(depth)
+
+    def press(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Move vertices (n, 3) out of what the last look has found, once."""
+        press(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
+
+    def proven(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Metres that any of the points is in anything, as the measure has the lips; teeth as the last look had them."""
+        return self._proof.depth(vertices, self._patches[1], self._corners, self._state)
 
     def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Take back what `resolve` has moved vertices (n, 3) by."""

@@ -51,12 +51,12 @@ class ReachableContact(Contact):
         light = gravity is None or bool(gravity @ gravity <= HEAVIEST * HEAVIEST)
         self._sampled = light and not surroundings.touches
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         if self._sampled:
-            super().finish(coordinates, vertices)
+            super().finish(coordinates, vertices, mended)
         else:
-            self._everything.finish(coordinates, vertices)
+            self._everything.finish(coordinates, vertices, mended)
             self.gave_way = self._everything.gave_way
 
     def at(self, setting: Setting) -> ReachableContact:

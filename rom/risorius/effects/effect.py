@@ -88,8 +88,8 @@ class Effect(Protocol):
         """Change the coordinates (lifts + modes,) of the face, and set its own (k,), in place."""
         ...
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
-        """Change the vertices (n, 3), in place."""
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+        """Change the vertices (n, 3), in place. mended: whether tissue was folded until the guard has mended it."""
         ...
 
     def at(self, setting: Setting) -> Effect:

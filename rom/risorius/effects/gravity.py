@@ -101,7 +101,7 @@ class Gravity:
         else:
             _give_way(parameters, self._width, *self._tables, surroundings.gravity, *self._work, own)
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Do nothing: vertices follow the coordinates."""
 
     def at(self, setting: Setting) -> Gravity:

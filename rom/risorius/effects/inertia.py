@@ -115,7 +115,7 @@ class Inertia:
         """Joules in the modes: of their speed, and of their distance from rest under the present loads."""
         return self._vibrations.energy
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Do nothing: vertices follow the coordinates."""
 
     def _step(self, surroundings: Surroundings) -> float | None:

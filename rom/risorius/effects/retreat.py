@@ -37,13 +37,14 @@ PARTED = 0.06  # sine of an opening of the jaw, beyond which the lips are apart
 class Retreat:
     """vertices (w,) that go back, to places (w, 3) at rest or, by a share carried (w,), to where the jaw takes these.
 
-    most (w,): share of the way that each goes when it is asked to go all of it.
+    most (w,): share of the way that each goes when it is asked to go all of it. skin (k, 3): triangles between them.
     """
 
     vertices: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
     carried: npt.NDArray[np.float32]
     most: npt.NDArray[np.float32]
+    skin: npt.NDArray[np.int32]
 
     @classmethod
     def of(
@@ -63,6 +64,7 @@ class Retreat:
             rest[vertices],
             carried[vertices].astype(np.float32),
             most[vertices].astype(np.float32),
+            _among(vertices, triangles),
         )
 
     def aim(self, coordinates: FloatArray, transforms: FloatArray, targets: npt.NDArray[np.float32]) -> None:
@@ -87,8 +89,14 @@ class Retreat:
         number = np.full(1 + max(part.vertices.max(initial=0), self.vertices.max(initial=0)), -1, np.int32)
         number[part.vertices] = np.arange(len(part.vertices))
         kept = number[self.vertices] >= 0
-        left = {field.name: getattr(self, field.name)[kept] for field in fields(self)}
-        return Retreat(**{**left, "vertices": number[left["vertices"]]})
+        skin = number[self.skin]
+        return Retreat(
+            number[self.vertices[kept]],
+            self.places[kept],
+            self.carried[kept],
+            self.most[kept],
+            np.ascontiguousarray(skin[(skin >= 0).all(axis=1)]),
+        )
 
     def in_axes(self, order: tuple[int, int, int]) -> Retreat:
         """That of vertices whose components are in another order."""
@@ -101,8 +109,15 @@ class Retreat:
 
     @classmethod
     def read(cls, group: h5py.Group) -> Retreat:
-        """Load what `write` stored."""
-        return cls(**{field.name: group[field.name][()] for field in fields(cls)})
+        """Load what `write` stored; the skin of older files is that of their model."""
+        stored = {field.name: group[field.name][()] for field in fields(cls) if field.name in group}
+        if "skin" not in stored:
+            stored["skin"] = _among(stored["vertices"], group.file["triangles"][()])
+        return cls(**stored)
+
+
+def _among(vertices: npt.NDArray[np.integer], triangles: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    return np.ascontiguousarray(triangles[np.isin(triangles, vertices).all(axis=1)])
 
 
 def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> FloatArray:

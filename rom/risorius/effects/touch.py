@@ -107,7 +107,7 @@ class TouchResponse:
         """Remember the touches for `finish`."""
         self._touches = surroundings.touches
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Move the touched skin."""
         if self._touches:
             vertices += self._moved(self._touches)[:, list(self._order)]
