@@ -267,6 +267,18 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
 
 
 @_compiled
+def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
+    """Take back what controls have moved vertices by, all sweeps together; rows of their shares, see `move`."""
+    starts, controls, shares = rows
+    for vertex in movable:
+        for i in range(3):
+            shift = 0.0
+            for entry in range(starts[vertex], starts[vertex + 1]):
+                shift += shares[entry] * moved[controls[entry], i]
+            x[vertex, i] -= shift
+
+
+@_compiled
 def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch."""
     points = teeth[0]

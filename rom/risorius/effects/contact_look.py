@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import deepest, resolve
+from risorius.effects.contact_kernels import deepest, put_back, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
@@ -66,6 +66,10 @@ class ContactLook:
                 self._state,
             )
         )  # fmt: skip
+
+    def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Take back what `resolve` has moved vertices (n, 3) by."""
+        put_back(vertices, self._rows, self._columns[3], self.moved)
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
