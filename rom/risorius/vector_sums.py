@@ -52,7 +52,8 @@ def least_squared(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyp
 
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         squares = []
-        for pointer, own in zip(_pointers(target, builder, signature.args[:3], arguments[:3]), arguments[4:], strict=True):
+        pointers = _pointers(target, builder, signature.args[:3], arguments[:3])
+        for pointer, own in zip(pointers, arguments[4:], strict=True):
             away = builder.fsub(_vector(builder, pointer, arguments[3]), _broadcast(builder, own))
             squares.append(builder.fmul(away, away))
         total = builder.fadd(builder.fadd(squares[0], squares[1]), squares[2])

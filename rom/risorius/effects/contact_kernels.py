@@ -49,6 +49,20 @@ def blocks(size):  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def move_jaw(coordinates, transforms, turn, origin):  # type: ignore[no-untyped-def]
+    """Set where the jaw's teeth are, turn (3, 3) @ place + origin (3,): transforms (q, 4, 4) times coordinates (r,)."""
+    for i in range(3):
+        origin[i] = 0.0
+        for j in range(3):
+            turn[i, j] = 1.0 if i == j else 0.0
+    for k in range(len(transforms)):
+        for i in range(3):
+            origin[i] += coordinates[k] * transforms[k, i, 3]
+            for j in range(3):
+                turn[i, j] += coordinates[k] * transforms[k, i, j]
+
+
+@_compiled
 def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: ignore[no-untyped-def]
     """Value at (u, v, w) in a cube between its corners, and derivatives by u, v, w."""
     c00, c01 = c000 + w * (c001 - c000), c010 + w * (c011 - c010)
@@ -293,6 +307,19 @@ def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: i
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
     _look(x, teeth, lips, corners, count, count_lips, state)
+
+
+@_compiled
+def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of all points, whatever bounds tell."""
+    at, which, which_lips = state[:3]
+    at[:] = lips[1]
+    for number in range(len(which)):
+        which[number] = number
+    for number in range(len(which_lips)):
+        which_lips[number] = number
+    _place(x, corners[2], corners[5])
+    _look(x, teeth, lips, corners, len(which), len(which_lips), state)
 
 
 @_compiled

@@ -10,14 +10,14 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import deepest, put_back, resolve
+from risorius.effects.contact_kernels import deepest, find_gaps, put_back, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
 from risorius.reconstruction import neighbours_together
 from risorius.vector_sums import LANES
 
-AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and a patch that may come near it
+AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and those that may be its nearest
 Numbers = npt.NDArray[np.int32]
 
 
@@ -70,6 +70,11 @@ class ContactLook:
     def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Take back what `resolve` has moved vertices (n, 3) by."""
         put_back(vertices, self._rows, self._columns[3], self.moved)
+
+    def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
+        """Metres (k,) and (l,) of all points, each looked at; those at corners of the mouth at most SEARCHED."""
+        find_gaps(vertices, self._teeth, self._lips, self._corners, self._state)
+        return self._state[3].copy(), self._state[5].copy()
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
