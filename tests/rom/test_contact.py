@@ -356,6 +356,19 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
     assert far > 40
 
 
+def test_proof_tells_of_lips_what_the_measure_does():
+    """By other code, of points that are all vertices of the lips."""
+    contact, rest = lips()
+    triangles = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    measure, rng, deep = PenetrationMeasure(contact.geometry, Poses(), rest, triangles), np.random.default_rng(3), 0
+    for _ in range(30):
+        vertices = random_lips(rest, rng)
+        depth = measure(vertices, AT_REST).lips
+        assert max(contact._look.proven(vertices), 0.0) == pytest.approx(depth, abs=1e-6)
+        deep += depth > TOLERATED
+    assert deep > 20
+
+
 def test_blocks_of_the_grid_never_hide_contact():
     """Gaps with and without the blocks' least distances, CLEAR of everything or not, have the same sign."""
     contact, rest = on_ball()

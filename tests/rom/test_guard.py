@@ -160,6 +160,26 @@ def test_an_effect_that_explodes_is_started_anew(synthetic_model, where):
     assert verdicts == [Verdict.GOOD, Verdict.HELD, Verdict.GOOD]
 
 
+class Listener(Bomb):
+    """An effect that does nothing, and remembers whether it was told of folded tissue."""
+
+    def finish(self, coordinates, vertices, mended=False):
+        self.told = mended
+
+    def at(self, setting):
+        return self
+
+
+def test_effects_are_told_of_tissue_that_was_mended(watched_model):
+    surface = reconstruction(watched_model.carried_basis.followed_by([Bomb.fields]), watched_model.rest_vertices)
+    listener, vertices = Listener("nowhere"), np.empty_like(watched_model.rest_vertices)
+    pipeline = Pipeline(watched_model, Setting("polynomial", 6), surface, [listener])
+    for activation, mended in ((0.1, False), (1.0, True)):
+        pipeline.solve(np.array([activation, activation, 0.0, 0.0, 0.0]))
+        pipeline.write(vertices)
+        assert listener.told is mended
+
+
 def test_a_watch_comes_back_from_the_file(watched_model, tmp_path):
     watched_model.save(tmp_path / "model.h5")
     loaded = risorius.load(tmp_path / "model.h5").watch

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_kernels import TOLERATED
+from risorius.effects.contact_kernels import TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
@@ -44,7 +44,7 @@ class Contact:
     def __init__(self, tables: ContactTables, retreat: Retreat, geometry: ContactGeometry, carriers: int) -> None:
         self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
-        self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
+        self._turn, self._origin = np.eye(3), np.zeros(3)
         self.gave_way = 0.0
         self._look = ContactLook(tables, retreat, self._turn, self._origin)
         self._targets = np.empty_like(retreat.places)
@@ -83,14 +83,7 @@ class Contact:
 
     def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
-        transforms = self.tables.transforms
-        if len(transforms):
-            np.dot(
-                coordinates[: len(transforms)], transforms.reshape(len(transforms), 16), out=self._motion.reshape(16)
-            )
-            self._turn[:] = self._motion[:3, :3]
-            self._turn.flat[::4] += 1.0
-            self._origin[:] = self._motion[:3, 3]
+        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
         depth = self._look.resolve(vertices, mended)
         return self._pressed(vertices) if depth > TOLERATED or self._look.doubtful else depth
 
@@ -103,6 +96,11 @@ class Contact:
             self._look.press(vertices)
             depth = self._look.proven(vertices)
         return depth
+
+    def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
+        """Metres (k,) from teeth and (l,) from the other lip of all points that are looked at, of vertices (n, 3)."""
+        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
+        return self._look.gaps(vertices)
 
     def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""

@@ -11,11 +11,23 @@ import math
 import numba
 
 from risorius.closest_point import closest_point
-from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, enclose_patches, smallest
+from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, smallest
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.winding_number import winding_number
 
 _compiled = numba.njit(cache=True, error_model="numpy")
+
+
+@_compiled
+def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
+    """Set how far, reaches (g,), points of patches are from their leaders."""
+    for patch in range(len(reaches)):
+        o, square = vertices[order[starts[patch]]], 0.0
+        for e in range(starts[patch] + 1, starts[patch + 1]):
+            p = vertices[order[e]]
+            u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
+            square = max(square, u * u + v * v + w * w)
+        reaches[patch] = math.sqrt(square)
 
 
 @_compiled
@@ -192,7 +204,7 @@ def _believe(x, lips, patches, corners, skin, rest, at_rest, place, gaps):  # ty
     """
     vertices, _facing, _places, triangles, _across, _planes, sign = lips
     _leaders, _slack, order, starts = patches
-    fan_starts, fans = corners[4], corners[5]
+    fan_starts, fans = corners[3], corners[4]
     for patch in range(len(starts) - 1):
         deepest = _deepest_of(patch, order, starts, gaps)
         if deepest < 0:
@@ -217,17 +229,17 @@ def prove(x, lips, sides, patches, corners, groups, work, surface, state):  # ty
     vertices, _facing, places, triangles, across, planes, sign = lips
     _leaders, _slack, order, order_starts = patches
     members, starts, group_sides, border = groups
-    centres, radii, turned, near, place = work
+    centres, radii, reaches, turned, near, place = work
     skin, rest, at_rest = surface
     at, which, gaps, ways = state[0], state[2], state[5], state[6]
-    enclose_patches(x, corners[3], order_starts, corners[6])
+    _reach(x, vertices, order, order_starts, reaches)
     _enclose(x, triangles, members, starts, centres, radii)
     _turn_planes(x, triangles, members, sign, turned)
     count = 0
     for patch in range(len(order_starts) - 1):
         begin, end = order_starts[patch], order_starts[patch + 1]
         leader = order[begin]
-        p, reach = vertices[leader], DEEPEST + corners[6][patch]
+        p, reach = vertices[leader], DEEPEST + reaches[patch]
         found = _near_groups(x[p, 0], x[p, 1], x[p, 2], sides[leader], reach, group_sides, centres, radii, near)
         count = _candidates(
             x, vertices, places, triangles, planes, turned, at, members, order, begin, end, starts, centres, radii,

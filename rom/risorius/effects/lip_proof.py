@@ -18,12 +18,12 @@ Arrays = tuple[Any, ...]
 class LipProof:
     """Looks at all points of the lips. Not thread-safe: it owns what it works with.
 
-    lips: as `ContactLook` hands them to kernels; side_of (n,) of vertices. rest (n, 3): where they are at rest, as far
-    as a retreat tells.
+    lips, patches: as `ContactLook` hands them to kernels; side_of (n,) of vertices. rest (n, 3): where these are at
+    rest, as far as a retreat tells.
     """
 
-    def __init__(self, lips: Arrays, side_of: Numbers, retreat: Retreat) -> None:
-        self._lips = lips
+    def __init__(self, lips: Arrays, side_of: Numbers, patches: Arrays, retreat: Retreat) -> None:
+        self._lips, self._patches = lips, patches
         vertices, triangles, across = lips[0], lips[3], lips[4]
         self.rest = np.zeros((len(side_of), 3), np.float32)
         self.rest[retreat.vertices] = retreat.places
@@ -34,15 +34,16 @@ class LipProof:
         self._groups = members.astype(np.int32), starts.astype(np.int32), group_sides, border
         count = len(groups)
         self._work = (
-            np.zeros((count, 3)), np.zeros(count), np.zeros((len(triangles), 4)), np.zeros(count, np.int32), np.zeros(3),
+            np.zeros((count, 3)), np.zeros(count), np.zeros(len(patches[0])), np.zeros((len(triangles), 4)),
+            np.zeros(count, np.int32), np.zeros(3),
         )  # fmt: skip
         self._sides = side_of[vertices]
         self._surface = retreat.skin, self.rest, np.full(len(vertices), np.nan)
 
-    def depth(self, x: npt.NDArray[np.float32], patches: Arrays, corners: Arrays, state: Arrays) -> float:
+    def depth(self, x: npt.NDArray[np.float32], corners: Arrays, state: Arrays) -> float:
         """Metres that any point of vertices (n, 3) is in anything, negative where none is; sets the lips' gaps anew."""
         return float(
-            prove(x, self._lips, self._sides, patches, corners, self._groups, self._work, self._surface, state)
+            prove(x, self._lips, self._sides, self._patches, corners, self._groups, self._work, self._surface, state)
         )
 
 
