@@ -443,21 +443,14 @@ def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: 
 
 
 @_compiled
-def _sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) once out of what gaps tell; take off these what may have come closer."""
-    at, _which, _which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+def press(x, teeth, lips, vertices, gaps_lips, ways_lips, rows, columns, state):  # type: ignore[no-untyped-def]
+    """Sweep once, lips by gaps (l,) and ways (l, 3) of these vertices, and look at what may be in teeth then."""
+    _at, which, _which_lips, gaps, ways, _gaps_lips, _ways_lips, wanted, total, moved, shifts = state
     gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-    gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+    gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
     farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
     take_off_shifts(teeth[0], shifts, farthest, gaps)
-    take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
-
-
-@_compiled
-def press(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
-    """Sweep once, and look at what may be in teeth then."""
-    _sweep(x, teeth, lips, rows, columns, state)
-    _approach(x, teeth, lips, below(0.0, state[3], state[1]), 0, state)
+    _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
 
 
 @_compiled
@@ -468,14 +461,18 @@ def resolve(  # type: ignore[no-untyped-def]
 
     Returns metres that any point is left in anything, at the most, and whether there may be something that is not seen.
     """
-    _at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, moved, _shifts = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, corners, state)
     sweeps = 0
     for _round in range(ROUNDS):
         swept = sweeps
         while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
-            _sweep(x, teeth, lips, rows, columns, state)
+            gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+            gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+            farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+            take_off_shifts(teeth[0], shifts, farthest, gaps)
+            take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
             sweeps += 1
             if sweeps < SWEEPS:
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
@@ -490,5 +487,5 @@ def resolve(  # type: ignore[no-untyped-def]
             break
         _place(x, corners[2], corners[5])
         _look(x, teeth, lips, corners, count, count_lips, state)
-    doubt = folded and (_moved_far(moved) or _shrunk(patches_of_lips[0], gaps_lips, state[6], at_rest))
+    doubt = folded and (_moved_far(moved) or _shrunk(patches_of_lips[0], gaps_lips, ways_lips, at_rest))
     return _deepest(gaps, gaps_lips), doubt

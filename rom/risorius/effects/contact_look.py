@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import deepest, find_gaps, press, put_back, resolve
+from risorius.effects.contact_kernels import deepest, find_gaps, press, put_back, resolve, smallest
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -58,7 +58,7 @@ class ContactLook:
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
-        self._proof = LipProof(self._lips, side_of, self._patches[1], retreat)
+        self._proof = LipProof(tables, side_of, retreat)
         self.doubtful = False
         self.deepest(self._proof.rest)
         self._at_rest = self._state[5][of_lips.leaders]
@@ -76,12 +76,16 @@ class ContactLook:
         return float(depth)
 
     def press(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Move vertices (n, 3) out of what the last look has found, once."""
-        press(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
+        """Move vertices (n, 3) once out of what `proven` has found."""
+        proof = self._proof
+        press(
+            vertices, self._teeth, self._lips, proof.vertices, proof.gaps, proof.ways, self._rows, self._columns,
+            self._state,
+        )  # fmt: skip
 
     def proven(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""
-        return self._proof.depth(vertices, self._corners, self._state)
+        return max(self._proof.depth(vertices), -float(smallest(self._state[3])))
 
     def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
         """Take back what `resolve` has moved vertices (n, 3) by."""

@@ -17,6 +17,8 @@ from risorius.winding_number import winding_number
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
+GROUP = 16  # triangles that are looked at together
+
 
 @_compiled
 def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
@@ -31,35 +33,37 @@ def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _enclose(x, triangles, members, starts, centres, radii):  # type: ignore[no-untyped-def]
+def _enclose(x, triangles, members, centres, radii):  # type: ignore[no-untyped-def]
     """Set spheres, centres (g, 3) and radii (g,), about groups of triangles of vertices x (n, 3)."""
     for group in range(len(radii)):
-        begin, end = starts[group], starts[group + 1]
-        u, v, w = 0.0, 0.0, 0.0
-        for m in range(begin, end):
+        u, v, w, most = 0.0, 0.0, 0.0, 0.0
+        for m in range(GROUP):
             for k in range(3):
-                q = triangles[members[m], k]
+                q = triangles[members[group, m], k]
                 u, v, w = u + x[q, 0], v + x[q, 1], w + x[q, 2]
-        count = 3.0 * (end - begin)
-        u, v, w, most = u / count, v / count, w / count, 0.0
-        for m in range(begin, end):
+        u, v, w = u / (3 * GROUP), v / (3 * GROUP), w / (3 * GROUP)
+        for m in range(GROUP):
             for k in range(3):
-                q = triangles[members[m], k]
+                q = triangles[members[group, m], k]
                 a, b, c = x[q, 0] - u, x[q, 1] - v, x[q, 2] - w
                 most = max(most, a * a + b * b + c * c)
         centres[group, 0], centres[group, 1], centres[group, 2], radii[group] = u, v, w, math.sqrt(most)
 
 
 @_compiled
-def _turn_planes(x, triangles, members, sign, planes):  # type: ignore[no-untyped-def]
-    """Set planes (t, 4) of triangles in the order of members (t,): an outward normal of any length, and its offset."""
-    for m in range(len(members)):
-        t = members[m]
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ax, ay, az = float(x[a, 0]), float(x[a, 1]), float(x[a, 2])
-        ux, uy, uz, vx, vy, vz = x[b, 0] - ax, x[b, 1] - ay, x[b, 2] - az, x[c, 0] - ax, x[c, 1] - ay, x[c, 2] - az
-        nx, ny, nz = sign * (uy * vz - uz * vy), sign * (uz * vx - ux * vz), sign * (ux * vy - uy * vx)
-        planes[m, 0], planes[m, 1], planes[m, 2], planes[m, 3] = nx, ny, nz, nx * ax + ny * ay + nz * az
+def turn_planes(x, triangles, members, sign, planes):  # type: ignore[no-untyped-def]
+    """Set planes (4, g, GROUP) of members (g, GROUP): outward normals, and their offsets."""
+    for group in range(len(members)):
+        for m in range(GROUP):
+            t = members[group, m]
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            ax, ay, az = x[a, 0], x[a, 1], x[a, 2]
+            ux, uy, uz, vx, vy, vz = x[b, 0] - ax, x[b, 1] - ay, x[b, 2] - az, x[c, 0] - ax, x[c, 1] - ay, x[c, 2] - az
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            scale = sign / max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-20)
+            nx, ny, nz = scale * nx, scale * ny, scale * nz
+            planes[0, group, m], planes[1, group, m], planes[2, group, m] = nx, ny, nz
+            planes[3, group, m] = nx * ax + ny * ay + nz * az
 
 
 @_compiled
@@ -67,20 +71,17 @@ def _near_groups(px, py, pz, side, reach, group_sides, centres, radii, near):  #
     """Write the numbers of groups of the other side within reach of a point; return how many."""
     found = 0
     for group in range(len(radii)):
-        if group_sides[group] == side:
-            continue
         a, b, c = centres[group, 0] - px, centres[group, 1] - py, centres[group, 2] - pz
         most = radii[group] + reach
-        if a * a + b * b + c * c < most * most:
-            near[found] = group
-            found += 1
+        near[found] = group
+        found += (group_sides[group] != side) & (a * a + b * b + c * c < most * most)
     return found
 
 
 @_compiled
 def _candidates(  # type: ignore[no-untyped-def]
-    x, vertices, places, triangles, planes, turned, at, members, order, begin, end, starts, centres, radii, near, found,
-    gaps, which, count,
+    x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, centres, radii, near, found, gaps,
+    which, count,
 ):  # fmt: skip
     """Write the numbers of points of a patch, order[begin:end], that may be in the other lip; return how many now.
 
@@ -92,13 +93,13 @@ def _candidates(  # type: ignore[no-untyped-def]
         if found == 0:
             continue
         p, t = vertices[number], at[number]
-        px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
-        ox, oy, oz = places[number, 0], places[number, 1], places[number, 2]
+        px, py, pz = x[p, 0], x[p, 1], x[p, 2]
+        ox, oy, oz = rest[p, 0], rest[p, 1], rest[p, 2]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         square = closest_point(
             px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
         )[0]
-        reach = min(math.sqrt(square) * (1.0 + 1e-6), DEEPEST)
+        reach = min(math.sqrt(square) * (1.0 + 1e-4) + 1e-7, DEEPEST)
         gaps[number] = reach
         deep = False
         for k in range(found):
@@ -107,12 +108,19 @@ def _candidates(  # type: ignore[no-untyped-def]
             most = radii[group] + reach
             if a * a + b * b + c * c > most * most:
                 continue
-            for m in range(starts[group], starts[group + 1]):
-                if turned[m, 0] * px + turned[m, 1] * py + turned[m, 2] * pz >= turned[m, 3]:
+            behind = 0
+            for m in range(GROUP):
+                now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
+                then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
+                behind += (now < turned[3, group, m]) & (now >= turned[3, group, m] - reach) & (then >= faced[3, group, m])
+            if behind == 0:
+                continue
+            for m in range(GROUP):
+                now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
+                then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
+                if now >= turned[3, group, m] or now < turned[3, group, m] - reach or then < faced[3, group, m]:
                     continue
-                t = members[m]
-                if planes[t, 0] * ox + planes[t, 1] * oy + planes[t, 2] * oz < planes[t, 3]:
-                    continue
+                t = members[group, m]
                 a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                 square = closest_point(
                     px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
@@ -128,9 +136,8 @@ def _candidates(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _nearest(  # type: ignore[no-untyped-def]
-    px, py, pz, ox, oy, oz, x, triangles, across, planes, sign, border, members, starts, centres, radii, near, found,
-    way
-):  # fmt: skip
+    px, py, pz, ox, oy, oz, x, triangles, across, planes, sign, border, members, centres, radii, near, found, way
+):
     """Gap to the nearest triangle of the groups near a point, at (ox, oy, oz) at rest, and which; sets the way out."""
     least, cosine, best, w0, w1, w2 = DEEPEST * DEEPEST, 0.0, -1, 0.0, 0.0, 0.0
     for k in range(found):
@@ -139,8 +146,8 @@ def _nearest(  # type: ignore[no-untyped-def]
         most = radii[group] + math.sqrt(least) * (1.0 + 1e-6)
         if a * a + b * b + c * c > most * most:
             continue
-        for m in range(starts[group], starts[group + 1]):
-            t = members[m]
+        for m in range(GROUP):
+            t = members[group, m]
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             ax, ay, az = float(x[a, 0]), float(x[a, 1]), float(x[a, 2])
             bx, by, bz = float(x[b, 0]), float(x[b, 1]), float(x[b, 2])
@@ -196,15 +203,12 @@ def _deepest_of(patch, order, starts, gaps):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _believe(x, lips, patches, corners, skin, rest, at_rest, place, gaps):  # type: ignore[no-untyped-def]
+def _believe(x, rest, points, triangles, sign, skin, place, gaps):  # type: ignore[no-untyped-def]
     """Turn gaps (l,) of what is deeper than TOLERATED, but around which no skin has closed, into positive ones.
 
-    That is asked of the deepest point of a patch, for all of it. at_rest (l,): winding numbers there, NaN where not
-    known yet; rest (n, 3): the vertices then.
+    That is asked of the deepest point of a patch, for all of it.
     """
-    vertices, _facing, _places, triangles, _across, _planes, sign = lips
-    _leaders, _slack, order, starts = patches
-    fan_starts, fans = corners[3], corners[4]
+    vertices, _sides, order, starts, fan_starts, fans, at_rest = points
     for patch in range(len(starts) - 1):
         deepest = _deepest_of(patch, order, starts, gaps)
         if deepest < 0:
@@ -220,21 +224,21 @@ def _believe(x, lips, patches, corners, skin, rest, at_rest, place, gaps):  # ty
 
 
 @_compiled
-def prove(x, lips, sides, patches, corners, groups, work, surface, state):  # type: ignore[no-untyped-def]
-    """Set gaps (l,) of all points of the lips, negative in the other lip, and ways out of it; return the deepest.
+def prove(x, rest, points, surface, groups, work, state):  # type: ignore[no-untyped-def]
+    """Set gaps (l,) of all points of the lips, negative in the other lip, and ways out of it; return the smallest.
 
-    groups: numbers of triangles, group by group, where each starts, the side it is on, and flags of the lips' borders.
-    work: what is written on. surface: triangles that skin closes with, vertices and winding numbers at rest.
+    points: vertices (l,), their sides, patches of them, triangles around each of all vertices, and winding numbers at
+    rest, NaN where not known yet. surface: triangles of the lips as in `ContactTables`, flags of their borders, and
+    triangles of all skin around. groups: numbers of triangles, their planes at rest, the sides that these are on.
     """
-    vertices, _facing, places, triangles, across, planes, sign = lips
-    _leaders, _slack, order, order_starts = patches
-    members, starts, group_sides, border = groups
+    vertices, sides, order, order_starts = points[:4]
+    triangles, across, planes, sign, border, skin = surface
+    members, faced, group_sides = groups
     centres, radii, reaches, turned, near, place = work
-    skin, rest, at_rest = surface
-    at, which, gaps, ways = state[0], state[2], state[5], state[6]
+    at, which, gaps, ways = state
     _reach(x, vertices, order, order_starts, reaches)
-    _enclose(x, triangles, members, starts, centres, radii)
-    _turn_planes(x, triangles, members, sign, turned)
+    _enclose(x, triangles, members, centres, radii)
+    turn_planes(x, triangles, members, sign, turned)
     count = 0
     for patch in range(len(order_starts) - 1):
         begin, end = order_starts[patch], order_starts[patch + 1]
@@ -242,8 +246,8 @@ def prove(x, lips, sides, patches, corners, groups, work, surface, state):  # ty
         p, reach = vertices[leader], DEEPEST + reaches[patch]
         found = _near_groups(x[p, 0], x[p, 1], x[p, 2], sides[leader], reach, group_sides, centres, radii, near)
         count = _candidates(
-            x, vertices, places, triangles, planes, turned, at, members, order, begin, end, starts, centres, radii,
-            near, found, gaps, which, count,
+            x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, centres, radii, near, found,
+            gaps, which, count,
         )  # fmt: skip
     for e in range(count):
         number = which[e]
@@ -251,10 +255,10 @@ def prove(x, lips, sides, patches, corners, groups, work, surface, state):  # ty
         px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
         found = _near_groups(px, py, pz, sides[number], DEEPEST, group_sides, centres, radii, near)
         gaps[number], best = _nearest(
-            px, py, pz, float(places[number, 0]), float(places[number, 1]), float(places[number, 2]), x, triangles,
-            across, planes, sign, border, members, starts, centres, radii, near, found, place,
+            px, py, pz, float(rest[p, 0]), float(rest[p, 1]), float(rest[p, 2]), x, triangles, across, planes, sign,
+            border, members, centres, radii, near, found, place,
         )  # fmt: skip
         at[number] = at[number] if best < 0 else best
         ways[number, 0], ways[number, 1], ways[number, 2] = place[0], place[1], place[2]
-    _believe(x, lips, patches, corners, skin, rest, at_rest, place, gaps)
-    return max(-smallest(state[3]), -smallest(gaps))
+    _believe(x, rest, points, triangles, sign, skin, place, gaps)
+    return smallest(gaps)

@@ -2,61 +2,93 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
-from risorius.effects.contact_proof import prove
+from risorius.effects.contact_patches import Patches
+from risorius.effects.contact_proof import GROUP, prove, turn_planes
+from risorius.effects.contact_tables import ContactTables
 from risorius.effects.retreat import Retreat
 
-GROUP = 12  # triangles at most, that are left out together where they are far
 Numbers = npt.NDArray[np.int32]
-Arrays = tuple[Any, ...]
 
 
 class LipProof:
-    """Looks at all points of the lips. Not thread-safe: it owns what it works with.
+    """Looks at every vertex of the lips. Not thread-safe: it owns what it works with.
 
-    lips, patches: as `ContactLook` hands them to kernels; side_of (n,) of vertices. rest (n, 3): where these are at
-    rest, as far as a retreat tells.
+    side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest, as far as a retreat tells.
+    vertices (l,): those that are looked at; gaps (l,) and ways out (l, 3) are what has been found.
     """
 
-    def __init__(self, lips: Arrays, side_of: Numbers, patches: Arrays, retreat: Retreat) -> None:
-        self._lips, self._patches = lips, patches
-        vertices, triangles, across = lips[0], lips[3], lips[4]
+    def __init__(self, tables: ContactTables, side_of: Numbers, retreat: Retreat) -> None:
+        t, sign = tables, float(tables.orientation[0])
         self.rest = np.zeros((len(side_of), 3), np.float32)
         self.rest[retreat.vertices] = retreat.places
-        groups, group_sides = _groups(self.rest[triangles].mean(axis=1), side_of[triangles[:, 0]])
-        border = np.zeros(len(side_of), bool)
-        border[np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)[across < 0]] = True
-        members, starts = np.concatenate([np.zeros(0, np.int32), *groups]), np.cumsum([0, *map(len, groups)])
-        self._groups = members.astype(np.int32), starts.astype(np.int32), group_sides, border
-        count = len(groups)
-        self._work = (
-            np.zeros((count, 3)), np.zeros(count), np.zeros(len(patches[0])), np.zeros((len(triangles), 4)),
-            np.zeros(count, np.int32), np.zeros(3),
+        side_of_triangle = side_of[t.triangles[:, 0]]
+        self.vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
+        sides, count = side_of[self.vertices], len(self.vertices)
+        patches = Patches.of(t.shares[self.vertices], sides)
+        centres = self.rest[t.triangles].mean(axis=1)
+        fans = _fans(t.triangles, len(side_of))
+        self._points = (
+            self.vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
+            fans.indices.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
-        self._sides = side_of[vertices]
-        self._surface = retreat.skin, self.rest, np.full(len(vertices), np.nan)
+        border = np.zeros(len(side_of), bool)
+        border[np.stack([t.triangles, np.roll(t.triangles, -1, axis=1)], axis=2)[t.across < 0]] = True
+        self._surface = t.triangles, t.across, t.planes, sign, border, retreat.skin
+        members, group_sides = _groups(centres, side_of_triangle)
+        faced = np.zeros((4, *members.shape), np.float32)
+        turn_planes(self.rest, t.triangles, members, sign, faced)
+        self._groups = members, faced, group_sides
+        self._work = (
+            np.zeros((len(members), 3)), np.zeros(len(members)), np.zeros(len(patches.leaders)), np.zeros_like(faced),
+            np.zeros(len(members) + 1, np.int32), np.zeros(3),
+        )  # fmt: skip
+        self.gaps, self.ways = np.zeros(count), np.zeros((count, 3))
+        at = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
+        self._state = at, np.zeros(count, np.int32), self.gaps, self.ways
 
-    def depth(self, x: npt.NDArray[np.float32], corners: Arrays, state: Arrays) -> float:
-        """Metres that any point of vertices (n, 3) is in anything, negative where none is; sets the lips' gaps anew."""
-        return float(
-            prove(x, self._lips, self._sides, self._patches, corners, self._groups, self._work, self._surface, state)
-        )
+    def depth(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
+        return -float(prove(vertices, self.rest, self._points, self._surface, self._groups, self._work, self._state))
 
 
-def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[list[Numbers], Numbers]:
-    """Numbers of triangles with centres (t, 3) that are next to each other and on one of sides (t,), and which."""
-    waiting = [np.flatnonzero(sides == side) for side in np.unique(sides)]
-    groups: list[Numbers] = []
-    while waiting:
-        group = waiting.pop()
-        if len(group) <= GROUP:
-            groups.append(group.astype(np.int32))
-            continue
-        along = centres[group]
-        group = group[np.argsort(along[:, np.ptp(along, axis=0).argmax()], kind="stable")]
-        waiting += [group[: len(group) // 2], group[len(group) // 2 :]]
-    return groups, np.array([sides[group[0]] for group in groups], np.int32)
+def _fans(triangles: Numbers, count: int) -> sp.csr_matrix:
+    """Triangles (t, 3) around each of so many vertices."""
+    ends = np.ones(triangles.size, bool), triangles.ravel(), np.arange(0, triangles.size + 1, 3)
+    return sp.csr_matrix(sp.csr_matrix(ends, shape=(len(triangles), count)).T)
+
+
+def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[Numbers, Numbers]:
+    """Numbers (g, GROUP) of triangles with centres (t, 3), close to each other, on one of sides (t,), and which (g,).
+
+    The last of each side is filled up with a triangle that it has.
+    """
+    pending = [np.flatnonzero(sides == side) for side in (0, 1)]
+    groups = []
+    while pending:
+        group = pending.pop()
+        if len(group) > GROUP:
+            along = centres[group]
+            group = group[np.argsort(along[:, np.ptp(along, axis=0).argmax()], kind="stable")]
+            half = GROUP * -(-len(group) // (2 * GROUP))
+            pending += [group[half:], group[:half]]
+        elif len(group):
+            groups.append(np.append(group, np.full(GROUP - len(group), group[-1])))
+    members = np.array(groups, np.int32).reshape(-1, GROUP)
+    return members, sides[members[:, 0]].astype(np.int32)
+
+
+def _facing(
+    centres: npt.NDArray[np.floating], sides: Numbers, places: npt.NDArray[np.float32], side_of: Numbers
+) -> Numbers:
+    """(l,) triangle, by centres (t, 3) and sides (t,), that is nearest to each of places (l, 3) on the other side."""
+    facing = np.zeros(len(places), np.int32)
+    for side in (0, 1):
+        mine, other = np.flatnonzero(side_of == side), np.flatnonzero(sides == 1 - side)
+        if len(mine) and len(other):
+            facing[mine] = other[cKDTree(centres[other]).query(places[mine])[1]]
+    return facing
