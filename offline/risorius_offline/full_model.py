@@ -169,6 +169,15 @@ class FullModel:
             u = self._untangling.untangled(pushed, kept=(pushed != u).any(axis=1))
         return u if self.admits(u) else None
 
+    def note(self, u: FloatArray) -> None:
+        """Let effects take note of what touches at u, for all later calls."""
+        for effect in self.effects:
+            effect.note(u)
+
+    def missed(self, u: FloatArray) -> float:
+        """Metres by which something at u is deeper in something than what effects took note of has it."""
+        return max((effect.missed(u) for effect in self.effects), default=0.0)
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""
         return min((effect.largest_step(u, direction) for effect in self.effects), default=1.0)

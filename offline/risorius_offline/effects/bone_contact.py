@@ -137,6 +137,13 @@ class BoneContact:
         """Whether no node is more than 2 mm inside a bone."""
         return bool(np.min(self.gaps(u), initial=np.inf) >= -LARGEST_APPROACH)
 
+    def note(self, u: FloatArray) -> None:
+        """Nothing: everything is looked at wherever it is."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
+
     def push_out(self, u: FloatArray) -> None:
         """Move nodes that are more than 1 mm inside a bone to there, along the derivative of the distance."""
         for bone in self._bones:

@@ -34,6 +34,13 @@ class Unobstructed:
     def push_out(self, u: FloatArray) -> None:
         """Nothing."""
 
+    def note(self, u: FloatArray) -> None:
+        """Nothing."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1."""
         return 1.0
@@ -64,6 +71,14 @@ class Effect(Protocol):
 
     def push_out(self, u: FloatArray) -> None:
         """Move nodes of u, in place, to where it admits them, as far as it can tell where that is."""
+        ...
+
+    def note(self, u: FloatArray) -> None:
+        """Take note of what touches at u, for all later calls, instead of what was noted before."""
+        ...
+
+    def missed(self, u: FloatArray) -> float:
+        """Metres by which something at u is deeper in something than what was noted has it; 0 where all is noted."""
         ...
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:

@@ -92,6 +92,13 @@ class LipContact:
         """Whether no node meets a triangle on the straight way there from rest."""
         return self.largest_step(np.zeros_like(u), u) == 1.0
 
+    def note(self, u: FloatArray) -> None:
+        """Nothing: everything is looked at wherever it is."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
+
     def push_out(self, u: FloatArray) -> None:
         """Nothing: surfaces that went through each other do not tell which way is out."""
 

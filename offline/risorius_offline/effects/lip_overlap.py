@@ -1,10 +1,14 @@
 """Contact of the skin of the lips, between the nodes that carry it, with the skin of the other lip: where they overlap.
 
-Pairs of the seam (`lip_seam.py`) hold lips that close, turn and pucker apart. Lips that slide and roll past what they
-faced at rest meet elsewhere: a point of the visible surface at the depth g behind the other lip has the energy
-A/2 p0 d / 3 (g / d)^3, A its share of the surface, d DEPTH, half of it since either lip is looked at. Depths are those
-to the nearest triangle of either sheet as it is now (`sheet_depth.py`), so nothing is paired; rest is free of contact.
-Points beside the corners of the mouth, which at rest face nothing, take no part.
+Pairs of the seam (`lip_seam.py`) hold lips apart that close, turn and pucker. Lips that slide and roll past what they
+faced at rest meet elsewhere. What is behind the other lip where an equilibrium is found is paired with the triangle
+that is nearest to it there (`sheet_depth.py`), and the equilibrium is looked for again. A pair whose point is at the
+depth g behind the plane of its triangle presses, for half of the point's share of the surface, by
+
+    p = p0 (g / d)^2 for g < d,    p0 (3 - 2 d / g) beyond
+
+twice: on the point and on the triangle. The derivative is continuous, and p does not grow without end: lips that are
+millimetres in each other come apart without tearing what carries them. Rest is free of contact.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.lip_seam import facing_pairs
-from risorius_offline.effects.point_triangle import add_hessian, compiled
+from risorius_offline.effects.plane_height import PlaneHeight
 from risorius_offline.effects.sheet_depth import SheetDepth
 from risorius_offline.effects.skin_points import carriers
 
@@ -37,70 +41,92 @@ class LipOverlap(Unobstructed):
         sheets = LipSheets.of(facing_pairs(surface), skin.points, skin.triangles)
         points = sheets.vertices
         self.weights, self._rest = sp.csr_matrix(skin.weights)[points], skin.points[points]
-        self._scale = 0.5 * surface.areas[points] * PRESSURE / DEPTH**2
-        numbered = replace(sheets, triangles=np.searchsorted(points, sheets.triangles))
-        self._triangles = numbered.triangles
-        self._depth = SheetDepth(self._rest, numbered)
+        self._areas = 0.5 * surface.areas[points]
+        self._triangles = np.searchsorted(points, sheets.triangles)
+        self._depth = SheetDepth(self._rest, replace(sheets, triangles=self._triangles))
+        self._pairs = np.zeros((0, 4), dtype=np.int64)
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Do nothing: contact does not depend on muscles or pose weights."""
 
+    def note(self, u: FloatArray) -> None:
+        """Pair what is behind the other lip at u (n, 3)."""
+        self._pairs = self._overlapping(u)
+
+    def missed(self, u: FloatArray) -> float:
+        """Metres by which a point is deeper in the other lip at u than the pair that holds it has it."""
+        found = self._overlapping(u)
+        held = np.zeros(len(self._rest))
+        np.maximum.at(held, self._pairs[:, 0], self._depths(self._heights(u)))
+        return float((self._depths(self._heights_of(found, u)) - held[found[:, 0]]).max(initial=0.0))
+
     def energy(self, u: FloatArray) -> float:
         """Joules; finite everywhere."""
-        pairs, _, ways = self._overlaps(u)
-        return self._energy(pairs, np.linalg.norm(ways, axis=1))
+        return self._energy(self._depths(self._heights(u)))
 
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
-        pairs, shares, ways = self._overlaps(u)
-        depths = np.linalg.norm(ways, axis=1)
-        pressed = (self._scale[pairs[:, 0]] * depths)[:, None] * ways
+        heights = self._heights(u)
+        depths = self._depths(heights)
+        pressed = -self._areas[self._pairs[:, 0]] * pressure(depths)
         at_points = np.zeros_like(self._rest)
-        np.add.at(at_points, pairs, shares[:, :, None] * pressed[:, None])
+        np.add.at(at_points, self._pairs, pressed[:, None, None] * heights.gradients)
         forces += self.weights.T @ at_points
-        return self._energy(pairs, depths)
+        return self._energy(depths)
 
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
-        """A block for every point in the other lip."""
-        pairs, shares, _ = self._overlaps(u)
-        if not len(pairs):
+        """Blocks of all pairs, zero where they do not touch, so that their pattern stays."""
+        if not len(self._pairs):
             return NodeBlocks.none()
-        found = _hessians(self._places(u)[pairs], -shares[:, 1:], self._scale[pairs[:, 0]])
-        if project:
-            values, vectors = np.linalg.eigh(found)
-            found = (vectors * np.maximum(values, 0.0)[:, None]) @ np.swapaxes(vectors, 1, 2)
-        nodes, weights = carriers(self.weights[pairs.ravel()])
-        count, most = len(pairs), nodes.shape[1]
+        heights, areas = self._heights(u), self._areas[self._pairs[:, 0]]
+        depths, gradient = self._depths(heights), heights.gradients.reshape(-1, 12)
+        found = (areas * stiffness(depths))[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+        if not project:
+            found -= (areas * pressure(depths))[:, None, None] * heights.hessians
+        nodes, weights = carriers(self.weights[self._pairs.ravel()])
+        count, most = len(found), nodes.shape[1]
         weights = weights.reshape(count, 4, most)
         blocks = np.einsum("kpa,kpiqj,kqb->kpaiqbj", weights, found.reshape(count, 4, 3, 4, 3), weights, optimize=True)
         return NodeBlocks(nodes.reshape(count, 4 * most), blocks.reshape(count, 12 * most, 12 * most))
+
+    def _overlapping(self, u: FloatArray) -> IntArray:
+        """Pairs (c, 4) of a point that is behind the other lip at u, and the corners of the triangle nearest to it."""
+        points, near = self._depth.behind(self._places(u))
+        return np.column_stack([points, self._triangles[near]])
 
     def _places(self, u: FloatArray) -> FloatArray:
         places: FloatArray = self._rest + self.weights @ u
         return places
 
-    def _overlaps(self, u: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Points (c, 4), the one that is in the other lip and the corners nearest to it, and their shares in the way.
+    def _heights(self, u: FloatArray) -> PlaneHeight:
+        return self._heights_of(self._pairs, u)
 
-        The way (c, 3) leads from the nearest point to it: the sum of the places times shares (c, 4).
-        """
-        places = self._places(u)
-        points, found, weights = self._depth.behind(places)
-        pairs = np.column_stack([points, self._triangles[found]])
-        shares = np.column_stack([np.ones(len(pairs)), -weights])
-        return pairs, shares, np.einsum("ka,kai->ki", shares, places[pairs])
+    def _heights_of(self, pairs: IntArray, u: FloatArray) -> PlaneHeight:
+        return PlaneHeight.of(self._places(u)[pairs])
 
-    def _energy(self, pairs: IntArray, depths: FloatArray) -> float:
-        return float(self._scale[pairs[:, 0]] @ depths**3) / 3.0
+    def _depths(self, heights: PlaneHeight) -> FloatArray:
+        return np.maximum(-heights.values, 0.0)
+
+    def _energy(self, depths: FloatArray) -> float:
+        return float(self._areas[self._pairs[:, 0]] @ work(depths))
 
 
-@compiled
-def _hessians(places, weights, scale):  # type: ignore[no-untyped-def]
-    """Second derivatives (c, 12, 12) of scale / 3 depth^3 at places (c, 4, 3), with the weights of nearest points."""
-    hessians = np.zeros((len(places), 12, 12))
-    for number in range(len(places)):
-        w, pair = weights[number], places[number]
-        way = pair[0] - w[0] * pair[1] - w[1] * pair[2] - w[2] * pair[3]
-        depth = np.sqrt(way @ way)
-        add_hessian(pair, w, scale[number] * depth**2, 2.0 * scale[number] * depth, hessians[number])
-    return hessians
+def pressure(depths: FloatArray) -> FloatArray:
+    """Pascals at depths (c,), metres."""
+    beyond = np.maximum(depths / DEPTH, 1.0)
+    result: FloatArray = PRESSURE * np.where(depths < DEPTH, (depths / DEPTH) ** 2, 3.0 - 2.0 / beyond)
+    return result
+
+
+def stiffness(depths: FloatArray) -> FloatArray:
+    """Derivative of the pressure, Pa/m."""
+    shallow, beyond = np.minimum(depths / DEPTH, 1.0), np.maximum(depths / DEPTH, 1.0)
+    result: FloatArray = 2.0 * PRESSURE / DEPTH * shallow / beyond**2
+    return result
+
+
+def work(depths: FloatArray) -> FloatArray:
+    """Integral of the pressure from no depth on, J/m2."""
+    shallow, beyond = np.minimum(depths / DEPTH, 1.0), np.maximum(depths / DEPTH, 1.0)
+    result: FloatArray = PRESSURE * DEPTH * (shallow**3 / 3.0 + 3.0 * (beyond - 1.0) - 2.0 * np.log(beyond))
+    return result

@@ -1,7 +1,7 @@
 """How deep the points of two sheets of triangles are in each other: nearest places on the other sheet, and which side.
 
-The side is that of the angle-weighted pseudonormal at the nearest place (Baerentzen and Aanaes 2005): it is right also
-where that lies on an edge or a corner, and the depth is continuous. Triangles are sorted into a grid by their middles.
+A point is behind where it is behind all triangles that meet at the nearest place. Triangles are sorted into a grid by
+their middles.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from risorius_offline.effects.point_triangle import compiled
 
 DEEPEST = 5e-3  # metres; what is farther behind a sheet is not in it
 CELL = 2e-3  # of the grid, metres
-# Of the points, that may have got to the other sheet since all were looked at, from which all are looked at again.
-TOO_MANY = 0.25
 
 
 class SheetDepth:
@@ -31,76 +29,54 @@ class SheetDepth:
     """
 
     def __init__(self, rest: FloatArray, sheets: LipSheets) -> None:
-        self._rest = rest
+        triangles = sheets.triangles.astype(np.int64)
         border = np.zeros(len(rest), dtype=bool)
-        border[np.stack([sheets.triangles, np.roll(sheets.triangles, -1, axis=1)], axis=2)[sheets.across < 0]] = True
-        order = np.argsort(sheets.triangles.ravel(), kind="stable")
-        starts = np.concatenate([[0], np.cumsum(np.bincount(sheets.triangles.ravel(), minlength=len(rest)))])
-        self._sheet = sheets.sheet.astype(np.int64)
-        self._sheets = (self._sheet, sheets.triangles.astype(np.int64), sheets.sheet_of, border)
-        self._around = (sheets.across, order // 3, starts)
-        everyone = np.arange(len(rest))
-        gaps, near, _ = nearest_places(rest, everyone, sheets.facing.astype(np.int64), math.inf, *self._sheets)
-        self._seeing = everyone[gaps > 0.0]
-        self._seen_at, self._gaps, self._near = rest, gaps[self._seeing], near[self._seeing]
+        border[np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)[sheets.across < 0]] = True
+        fans = np.argsort(triangles.ravel(), kind="stable") // 3
+        fan_starts = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(rest)))])
+        self._rest, self._facing = rest, sheets.facing.astype(np.int64)
+        self._sheets = (sheets.sheet, triangles, sheets.sheet_of, border)
+        self._around = (triangles, sheets.across, fans, fan_starts)
+        near, _ = nearest_places(rest, np.arange(len(rest)), self._facing, math.inf, *self._sheets)
+        self._seeing = np.flatnonzero(near >= 0)
 
-    def behind(self, x: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
-        """Points (c,) that are behind, triangles (c,) nearest to them and the weights (c, 3) there, at places x (v, 3).
-
-        A point that has come nearer to the other sheet by less than its gap, when all were looked at, is not behind.
-        """
-        moved = np.linalg.norm(x - self._seen_at, axis=1)
-        nearer = moved + np.array([moved[self._sheet == side].max(initial=0.0) for side in (1, 0)])[self._sheet]
-        open_to = np.flatnonzero(nearer[self._seeing] >= self._gaps)
-        if len(open_to) > TOO_MANY * len(self._seeing):
-            open_to = np.arange(len(self._seeing))
-        points = self._seeing[open_to]
-        gaps, near, weights = nearest_places(x, points, self._near[open_to], DEEPEST, *self._sheets)
-        gaps, found = signed_gaps(x, self._rest, points, gaps, near, weights, *self._sheets[:2], *self._around)
-        if len(open_to) == len(self._seeing):
-            self._seen_at, self._gaps, self._near = x, gaps, near
-        return points[found], near[found], weights[found]
+    def behind(self, x: FloatArray) -> tuple[IntArray, IntArray]:
+        """Points (c,) that are behind, and the triangles (c,) of the other sheet nearest to them, at places x (v, 3)."""
+        near, weights = nearest_places(x, self._seeing, self._facing, DEEPEST, *self._sheets)
+        found = np.flatnonzero(near >= 0)
+        found = found[are_behind(x, self._rest, self._seeing[found], near[found], weights[found], *self._around)]
+        return self._seeing[found], near[found]
 
 
 @compiled
-def nearest_places(x, points, first, within, sheet, triangles, sheet_of, border):  # type: ignore[no-untyped-def]
-    """Gaps (c,), triangles (c,) of the other sheet that are nearest to points (c,), and the weights (c, 3) there.
+def nearest_places(x, points, facing, within, sheet, triangles, sheet_of, border):  # type: ignore[no-untyped-def]
+    """Triangles (c,) of the other sheet that are nearest to points (c,), and the weights (c, 3) of the places there.
 
-    x (v, 3); sheet (v,), triangles (m, 3) and sheet_of (m,) as in `LipSheets`; border (v,) flags. first (c,): triangles
-    that the searches begin with, kept where nothing is within so many metres, which is the gap then. The gap is zero
-    where the nearest place lies between points of the border alone.
+    x (v, 3); sheet (v,), triangles (m, 3), sheet_of (m,) and facing (v,) as in `LipSheets`; border (v,) flags. -1 where
+    nothing is within so many metres, and where the nearest place lies between points of the border alone.
     """
     grid = _grid(x, triangles)
-    gaps, near, weights = np.empty(len(points)), first.copy(), np.empty((len(points), 3))
+    near, weights = np.empty(len(points), np.int64), np.empty((len(points), 3))
     for number in range(len(points)):
         p, w = points[number], weights[number]
-        square, t = _nearest(x, p, sheet[p], triangles, sheet_of, grid, first[number], within, w)
-        gaps[number] = math.sqrt(square)
-        if t >= 0:
-            near[number] = t
-            if _on_border(triangles[t], border, w):
-                gaps[number] = 0.0
-    return gaps, near, weights
+        near[number] = _nearest(x, p, sheet[p], triangles, sheet_of, grid, facing[p], within, w)
+        if near[number] >= 0 and _on_border(triangles[near[number]], border, w):
+            near[number] = -1
+    return near, weights
 
 
 @compiled
-def signed_gaps(x, rest, points, gaps, near, weights, sheet, triangles, across, fans, fan_starts):  # type: ignore[no-untyped-def]
-    """Gaps (c,) that are zero for points that are behind, and which (k,) of the points are, by `nearest_places`.
+def are_behind(x, rest, points, near, weights, triangles, across, fans, fan_starts):  # type: ignore[no-untyped-def]
+    """Flags (c,) of points that are behind the places of weights (c, 3) on triangles near (c,), but were not at rest.
 
-    across (m, 3) as in `LipSheets`; fans lists the triangles around each point, from fan_starts on.
+    fans lists the triangles around each point, from fan_starts on.
     """
-    gaps, found, count = gaps.copy(), np.empty(len(points), np.int64), 0
+    flags = np.empty(len(points), np.bool_)
     for number in range(len(points)):
-        if not 0.0 < gaps[number] < DEEPEST:
-            continue
-        p, t, w = points[number], near[number], weights[number]
-        if _height_over_nearest(x, p, t, w, triangles, across, fans, fan_starts) >= 0.0:
-            continue
-        gaps[number] = 0.0
-        if _normal(rest, triangles[t]) @ (rest[p] - rest[triangles[t, 0]]) >= 0.0:
-            found[count] = number
-            count += 1
-    return gaps, found[:count]
+        p, t = points[number], near[number]
+        flags[number] = _is_behind(x, p, t, weights[number], triangles, across, fans, fan_starts)
+        flags[number] &= _normal(rest, triangles[t]) @ (rest[p] - rest[triangles[t, 0]]) >= 0.0
+    return flags
 
 
 @compiled
@@ -147,9 +123,9 @@ def _middles(x, triangles):  # type: ignore[no-untyped-def]
 
 @compiled
 def _nearest(x, p, own, triangles, sheet_of, grid, first, within, w):  # type: ignore[no-untyped-def]
-    """Square of the distance of point p from the other sheet, within so many metres, and the triangle, or -1.
+    """Triangle of the other sheet nearest to point p, within so many metres, or -1; writes the weights of the place.
 
-    Writes the weights of the nearest place; first is where the search begins.
+    first: of that sheet, with which the search begins.
     """
     centres, radii, largest, origin, counts, starts, listed = grid
     square, found = within * within, -1
@@ -162,7 +138,7 @@ def _nearest(x, p, own, triangles, sheet_of, grid, first, within, w):  # type: i
         begin[i] = max(0, int(math.floor((x[p, i] - distance - largest - origin[i]) / CELL)))
         end[i] = min(counts[i] - 1, int(math.floor((x[p, i] + distance + largest - origin[i]) / CELL)))
     if end[2] < begin[2]:
-        return square, found
+        return found
     for i in range(begin[0], end[0] + 1):
         for j in range(begin[1], end[1] + 1):
             cell = (i * counts[1] + j) * counts[2]
@@ -174,7 +150,7 @@ def _nearest(x, p, own, triangles, sheet_of, grid, first, within, w):  # type: i
                 if trial < square:
                     square, found, w[0], w[1], w[2] = trial, t, u, v, s
                     distance = math.sqrt(square)
-    return square, found
+    return found
 
 
 @compiled
@@ -200,31 +176,23 @@ def _on_border(corners, border, w):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _height_over_nearest(x, p, t, w, triangles, across, fans, fan_starts):  # type: ignore[no-untyped-def]
-    """Height of point p over its nearest place, of weights w (3,) on triangle t, times a positive number."""
+def _is_behind(x, p, t, w, triangles, across, fans, fan_starts):  # type: ignore[no-untyped-def]
+    """Whether point p is behind all triangles that meet at its nearest place, of weights w (3,) on triangle t."""
     corners = triangles[t]
     way = x[p] - w[0] * x[corners[0]] - w[1] * x[corners[1]] - w[2] * x[corners[2]]
     for k in range(3):
         if w[k] == 1.0:
-            return _at_corner(x, corners[k], triangles, fans, fan_starts) @ way
-    normal = _normal(x, corners)
+            for number in range(fan_starts[corners[k]], fan_starts[corners[k] + 1]):
+                if _normal(x, triangles[fans[number]]) @ way >= 0.0:
+                    return False
+            return True
+    if _normal(x, corners) @ way >= 0.0:
+        return False
     for k in range(3):
-        if w[k] == 0.0 and across[t, (k + 1) % 3] >= 0:
-            normal += _normal(x, triangles[across[t, (k + 1) % 3]])
-    return normal @ way
-
-
-@compiled
-def _at_corner(x, corner, triangles, fans, fan_starts):  # type: ignore[no-untyped-def]
-    """Pseudonormal (3,): of the triangles around a point, by the angles that they have there."""
-    normal = np.zeros(3)
-    for number in range(fan_starts[corner], fan_starts[corner + 1]):
-        a, b, c = triangles[fans[number]]
-        other, last = (b, c) if corner == a else ((c, a) if corner == b else (a, b))
-        one, two = x[other] - x[corner], x[last] - x[corner]
-        cross = np.cross(one, two)
-        normal += math.atan2(math.sqrt(cross @ cross), one @ two) * _normal(x, triangles[fans[number]])
-    return normal
+        beyond = across[t, (k + 1) % 3]
+        if w[k] == 0.0 and beyond >= 0 and _normal(x, triangles[beyond]) @ way >= 0.0:
+            return False
+    return True
 
 
 @compiled
