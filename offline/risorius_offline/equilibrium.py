@@ -15,7 +15,7 @@ import numpy as np
 
 from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
-from risorius_offline.full_model import FullModel
+from risorius_offline.full_model import FullModel, Notes
 from risorius_offline.newton import GuardedNewton, SolverReport
 from risorius_offline.prediction import Predictor
 from risorius_offline.stability import way_down
@@ -26,8 +26,8 @@ TOLERANCE_ON_THE_WAY = 1e-1
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
-# Metres by which surfaces may be deeper in each other at an equilibrium than the solver took note of. It takes note anew
-# and goes on, so many times; what is tangled where it got from a guess is given up for a state that is not.
+# Metres by which surfaces may be deeper in each other at an equilibrium than what was noted. It is noted anew, so many
+# times, and Newton's method goes on; what is tangled beside a guess is given up for a start that is not.
 TOLERATED, TANGLED, MOST_NOTES = 0.1e-3, 1e-3, 6
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
@@ -43,11 +43,15 @@ class NotConvergedError(SolverError):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state: parameters (p,), displacement u (n, 3) in metres, report."""
+    """A converged state: parameters (p,), displacement u (n, 3) in metres, report.
+
+    notes: as `FullModel.notes`, of what touches there.
+    """
 
     parameters: FloatArray
     u: FloatArray
     report: SolverReport = field(default_factory=SolverReport)
+    notes: Notes = ()
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ class EquilibriumSolver:
         when continuation comes down to its smallest step.
         """
         state = start or self.rest()
-        self.model.note(state.u)
+        self.model.note(state.u, state.notes)
         target = self._checked(parameters)
         report = SolverReport()
         done, step, predictor, rough = 0.0, 1.0, None, True
@@ -134,7 +138,7 @@ class EquilibriumSolver:
     def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
         """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
         report.converged = True
-        found = replace(state, report=report)
+        found = replace(state, report=report, notes=self.model.notes)
         if report.stable:
             self.model.factorised_for = found
         return found

@@ -80,6 +80,8 @@ class BoneContact:
     is not usable.
     """
 
+    notes: object = None
+
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
         self._motion = anatomy.jaw_motion

@@ -25,7 +25,9 @@ class NodeBlocks:
 
 
 class Unobstructed:
-    """Part of an effect that admits every displacement: nothing is pushed out, and no step is shortened."""
+    """Part of an effect that admits every displacement: nothing is pushed out, noted, and no step is shortened."""
+
+    notes: object = None
 
     def admits(self, u: FloatArray) -> bool:
         """Return True."""
@@ -47,7 +49,12 @@ class Unobstructed:
 
 
 class Effect(Protocol):
-    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
+    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64.
+
+    notes: of what touches, which the energy rests on; None where it does not.
+    """
+
+    notes: object
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the parameters (p,), muscle activations and then pose weights, for all later calls."""

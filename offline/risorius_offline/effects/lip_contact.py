@@ -54,6 +54,8 @@ class LipContact:
     blind: numbers, in the surface of the anatomy, of the nodes that see nothing.
     """
 
+    notes: object = None
+
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
         surface = ContactSurface.of(anatomy)
         everyone = np.arange(len(surface.nodes))

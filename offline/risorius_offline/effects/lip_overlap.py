@@ -38,16 +38,25 @@ class LipOverlap(Unobstructed):
     def __init__(self, anatomy: Anatomy) -> None:
         skin = anatomy.visible_surface
         surface = ContactSurface.of_triangles(skin.points, skin.triangles)
-        sheets = LipSheets.of(facing_pairs(surface), skin.points, skin.triangles)
+        sheets = LipSheets.of(facing_pairs(surface), skin.points, skin.triangles.astype(np.int32))
         points = sheets.vertices
         self.weights, self._rest = sp.csr_matrix(skin.weights)[points], skin.points[points]
         self._areas = 0.5 * surface.areas[points]
-        self._triangles = np.searchsorted(points, sheets.triangles)
-        self._depth = SheetDepth(self._rest, replace(sheets, triangles=self._triangles))
-        self._pairs = np.zeros((0, 4), dtype=np.int64)
+        numbered = np.searchsorted(points, sheets.triangles).astype(np.int32)
+        self._depth = SheetDepth(self._rest, replace(sheets, triangles=numbered))
+        self._pairs: IntArray = np.zeros((0, 4), dtype=np.int64)
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Do nothing: contact does not depend on muscles or pose weights."""
+
+    @property
+    def notes(self) -> object:
+        """Pairs (c, 4) of a point and the corners of a triangle."""
+        return self._pairs
+
+    @notes.setter
+    def notes(self, pairs: object) -> None:
+        self._pairs = np.asarray(pairs)
 
     def note(self, u: FloatArray) -> None:
         """Pair what is behind the other lip at u (n, 3)."""
@@ -91,8 +100,7 @@ class LipOverlap(Unobstructed):
 
     def _overlapping(self, u: FloatArray) -> IntArray:
         """Pairs (c, 4) of a point that is behind the other lip at u, and the corners of the triangle nearest to it."""
-        points, near = self._depth.behind(self._places(u))
-        return np.column_stack([points, self._triangles[near]])
+        return np.column_stack(self._depth.behind(self._places(u)))
 
     def _places(self, u: FloatArray) -> FloatArray:
         places: FloatArray = self._rest + self.weights @ u

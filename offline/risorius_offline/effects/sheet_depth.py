@@ -34,18 +34,18 @@ class SheetDepth:
         border[np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)[sheets.across < 0]] = True
         fans = np.argsort(triangles.ravel(), kind="stable") // 3
         fan_starts = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(rest)))])
-        self._rest, self._facing = rest, sheets.facing.astype(np.int64)
+        self._rest, self._facing, self._triangles = rest, sheets.facing.astype(np.int64), triangles
         self._sheets = (sheets.sheet, triangles, sheets.sheet_of, border)
         self._around = (triangles, sheets.across, fans, fan_starts)
         near, _ = nearest_places(rest, np.arange(len(rest)), self._facing, math.inf, *self._sheets)
         self._seeing = np.flatnonzero(near >= 0)
 
     def behind(self, x: FloatArray) -> tuple[IntArray, IntArray]:
-        """Points (c,) that are behind, and the triangles (c,) of the other sheet nearest to them, at places x (v, 3)."""
+        """Points (c,) that are behind, and the corners (c, 3) of the other sheet nearest to them, places x (v, 3)."""
         near, weights = nearest_places(x, self._seeing, self._facing, DEEPEST, *self._sheets)
         found = np.flatnonzero(near >= 0)
         found = found[are_behind(x, self._rest, self._seeing[found], near[found], weights[found], *self._around)]
-        return self._seeing[found], near[found]
+        return self._seeing[found], self._triangles[near[found]]
 
 
 @compiled
@@ -55,8 +55,10 @@ def nearest_places(x, points, facing, within, sheet, triangles, sheet_of, border
     x (v, 3); sheet (v,), triangles (m, 3), sheet_of (m,) and facing (v,) as in `LipSheets`; border (v,) flags. -1 where
     nothing is within so many metres, and where the nearest place lies between points of the border alone.
     """
-    grid = _grid(x, triangles)
     near, weights = np.empty(len(points), np.int64), np.empty((len(points), 3))
+    if not len(points):
+        return near, weights
+    grid = _grid(x, triangles)
     for number in range(len(points)):
         p, w = points[number], weights[number]
         near[number] = _nearest(x, p, sheet[p], triangles, sheet_of, grid, facing[p], within, w)
@@ -135,8 +137,8 @@ def _nearest(x, p, own, triangles, sheet_of, grid, first, within, w):  # type: i
     distance = math.sqrt(square)
     begin, end = np.empty(3, np.int64), np.empty(3, np.int64)
     for i in range(3):
-        begin[i] = max(0, int(math.floor((x[p, i] - distance - largest - origin[i]) / CELL)))
-        end[i] = min(counts[i] - 1, int(math.floor((x[p, i] + distance + largest - origin[i]) / CELL)))
+        begin[i] = max(0, math.floor((x[p, i] - distance - largest - origin[i]) / CELL))
+        end[i] = min(counts[i] - 1, math.floor((x[p, i] + distance + largest - origin[i]) / CELL))
     if end[2] < begin[2]:
         return found
     for i in range(begin[0], end[0] + 1):
@@ -169,10 +171,10 @@ def _closest(x, p, corners):  # type: ignore[no-untyped-def]
 @compiled
 def _on_border(corners, border, w):  # type: ignore[no-untyped-def]
     """Whether the place of weights w (3,) lies between points of the border alone."""
+    inside = False
     for k in range(3):
-        if w[k] > 0.0 and not border[corners[k]]:
-            return False
-    return True
+        inside |= w[k] > 0.0 and not border[corners[k]]
+    return not inside
 
 
 @compiled
