@@ -71,10 +71,14 @@ class LipOverlap(Unobstructed):
 
     def energy(self, u: FloatArray) -> float:
         """Joules; finite everywhere."""
+        if not len(self._pairs):
+            return 0.0
         return self._energy(self._depths(self._heights(u)))
 
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
+        if not len(self._pairs):
+            return 0.0
         heights = self._heights(u)
         depths = self._depths(heights)
         pressed = -self._areas[self._pairs[:, 0]] * pressure(depths)
