@@ -31,6 +31,7 @@ from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint, Seconds
 from risorius.poses import Poses
 from tests.published_face import published_face_folder
+from tests.walled_model import walled
 
 
 def synthetic_point(setting: Setting, error: float, seconds: float) -> OperatingPoint:
@@ -75,6 +76,12 @@ def synthetic_model() -> ReducedModel:
         ),
         provenance={"anatomy": "synthetic"},
     )
+
+
+@pytest.fixture(scope="session")
+def walled_model(synthetic_model: ReducedModel) -> ReducedModel:
+    """The synthetic model with contact: an opened jaw takes it farther into a wall than it can be moved out of."""
+    return walled(synthetic_model)
 
 
 @pytest.fixture(scope="session")

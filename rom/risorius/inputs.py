@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -106,8 +107,8 @@ class InputTable:
                 f"weights: shape {array.shape} given, ({len(self.names)},) expected, "
                 f"one weight for each of engine.inputs: {self.names[0]} ... {self.names[-1]}"
             )
-        if not ((array >= self.lower) & (array <= 1.0)).all():
-            bad = int(np.flatnonzero(~((array >= self.lower) & (array <= 1.0)))[0])
+        bad = _first_outside(array, self.lower)
+        if bad < len(array):
             self._checked(self.names[bad], array[bad], float(self.lower[bad]))
         return array
 
@@ -180,3 +181,12 @@ class InputTable:
         if not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number
+
+
+@numba.njit(cache=True)
+def _first_outside(weights, lower):  # type: ignore[no-untyped-def]
+    """Number of the first of weights (n,) that is no number from lower (n,) to 1; n where all are."""
+    for k in range(len(weights)):
+        if not lower[k] <= weights[k] <= 1.0:
+            return k
+    return len(weights)

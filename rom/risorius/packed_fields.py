@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -53,6 +54,13 @@ class PackedFields:
 
     def combined(self, coordinates: FloatArray) -> npt.NDArray[np.float32]:
         """Sum (3 m) of the fields times their coordinates (r,); the next call overwrites it."""
-        np.multiply(coordinates, self._steps, out=self._coordinates, casting="same_kind")
-        combine(self._blocks, self._coordinates, self._sums)
+        _combine(self._blocks, coordinates, self._steps, self._coordinates, self._sums)
         return self._sums[: self._size]
+
+
+@numba.njit(cache=True)
+def _combine(fields, coordinates, steps, scaled, out):  # type: ignore[no-untyped-def]
+    """Write the sums of fields times coordinates (r,) and steps (r,); scaled (r,) is working space."""
+    for k in range(len(scaled)):
+        scaled[k] = coordinates[k] * steps[k]
+    combine(fields, scaled, out)

@@ -38,7 +38,8 @@ class Pipeline:
         self.coordinates = np.zeros(model.rank + sum(own))
         self._poses, self._muscles = model.poses, len(model.inputs.muscles)
         self._face = model.lifts + setting.rank
-        self._used = np.zeros(self._face + sum(own))
+        every = self._face == model.rank
+        self._used = self.coordinates if every else np.zeros(self._face + sum(own))
         self._lifts, self._modal = self._used[: model.lifts], self._used[model.lifts : self._face]
         self._evaluator = model.evaluators[setting.method].at(setting)
         linear = setting.method == Superposition.name
@@ -110,6 +111,8 @@ class Pipeline:
         self._effects = [effect.at(self._setting) for effect in self._at_rest]
 
     def _tell(self) -> None:
+        if self._used is self.coordinates:
+            return
         own = len(self._used) - self._face
         self.coordinates[: self._face] = self._used[: self._face]
         if own:

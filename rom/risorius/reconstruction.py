@@ -74,7 +74,7 @@ class CarriedReconstruction:
     """Adds up the fields of the carrying points, and carries the sums to the vertices."""
 
     def __init__(self, basis: CarriedBasis, rest: Vertices) -> None:
-        order = _neighbours_together(rest)
+        order = neighbours_together(rest)
         order = np.append(order, np.full(-len(order) % LANES, order[-1]))  # the last block is full, too
         self._blocks = *_in_blocks(basis.weights[order]), order.astype(np.uint32), rest[order].reshape(-1)
         self._fields = PackedFields(basis.fields)
@@ -114,7 +114,7 @@ def _rounding(terms: int, size: float, rest: Vertices) -> float:
     return UNIT_ROUNDOFF * (1.01 * (terms + 2) * size + float(np.abs(rest).max()))
 
 
-def _neighbours_together(points: Vertices) -> npt.NDArray[np.int64]:
+def neighbours_together(points: Vertices) -> npt.NDArray[np.int64]:
     """Numbers of the points (n, 3) in an order in which every LANES are close: halves along the longest side."""
     groups, pending = [], [np.arange(len(points))]
     while pending:

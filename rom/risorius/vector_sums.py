@@ -44,6 +44,27 @@ def combine(fields, coordinates, out):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
+def least_squared(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyped-def]
+    """Least square of the distances of LANES places from (a, b, c), those from `start` on.
+
+    Single precision, places contiguous and flat, none of them NaN.
+    """
+
+    def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        squares = []
+        pointers = _pointers(target, builder, signature.args[:3], arguments[:3])
+        for pointer, own in zip(pointers, arguments[4:], strict=True):
+            away = builder.fsub(_vector(builder, pointer, arguments[3]), _broadcast(builder, own))
+            squares.append(builder.fmul(away, away))
+        total = builder.fadd(builder.fadd(squares[0], squares[1]), squares[2])
+        kind = ir.FunctionType(_FLOAT, [_VECTOR])
+        least = cgutils.get_or_insert_function(builder.module, kind, f"llvm.vector.reduce.fmin.v{LANES}f32")
+        return builder.call(least, [total], fastmath=("nnan", "nsz"))
+
+    return types.float32(xs, ys, zs, types.int64, types.float32, types.float32, types.float32), generate
+
+
+@intrinsic
 def _combine_block(context, fields, coordinates, out, block, count, size):  # type: ignore[no-untyped-def]
     vector = _vector if fields.dtype == types.float32 else _integers
     parts, sets = range(0, WIDTH, LANES), range(coordinates.ndim)

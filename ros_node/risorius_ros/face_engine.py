@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -62,7 +62,7 @@ class FaceEngine(Node):
         self._mesh = messages.mesh_message(len(rest.rest_vertices), frame_id)
         self._stamp = Time()
         self._vertices = messages.vertices_of(self._mesh)
-        self._held = 0
+        self._given_up: Counter[str] = Counter()
         self._warned_of = 0
         self._warned_at = -_WARNING_PERIOD_S
 
@@ -122,20 +122,21 @@ class FaceEngine(Node):
 
     def _publish(self, stamp: Time, step: float | None = None) -> None:
         frame = self._engine.evaluate(self._weights, step=step, out=self._vertices)
-        self._held += not frame.converged
+        self._given_up["frames held"] += not frame.converged
+        self._given_up["mouths that went back"] += "went back" in frame.method
         self._mesh.header.stamp = stamp
         self._mesh_publisher.publish(self._mesh)
         if self._preview:
             self._preview.show(replace(frame, vertices=messages.from_rep103(frame.vertices)))
 
     def _warn_of_bad_input(self) -> None:
-        total = self._gate.counts.total() + self._held
+        counts = self._gate.counts + self._given_up
+        total = counts.total()
         now = time.monotonic()
         if total == self._warned_of or now - self._warned_at < _WARNING_PERIOD_S:
             return
         self._warned_of, self._warned_at = total, now
-        counts = {**self._gate.counts, "frames held": self._held}
-        text = ", ".join(f"{kind} {count}" for kind, count in counts.items() if count)
+        text = ", ".join(f"{kind} {count}" for kind, count in counts.items())
         if self._gate.unknown_names:
             text += f"; unknown names: {', '.join(sorted(self._gate.unknown_names)[:_NAMES_SHOWN])}"
             self._gate.unknown_names.clear()

@@ -5,27 +5,25 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 
-from risorius.companion import JAW, SKULL
+from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
-from risorius.effects.contact_tables import contact_tables
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
 from risorius.errors import InputError
-from risorius.jaw import JawMotion
+from risorius.gauntlet.case import Ask, Bench
+from risorius.gauntlet.judge import Judge
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
 from risorius.poses import Poses
 from risorius.scene import Scene
 
 BALL, EDGE, SIDE = 10e-3, 1e-3, 41  # radius; of the sheet's squares; points along it
-JAW_MOTION = JawMotion((0.0, -0.02, -0.06), 0.45, 0.008, 0.005, 0.008)
-NO_SEAM = np.zeros((0, 2), dtype=np.int64)
-AT_REST = np.zeros(4)
 
 
 def ball(moves_with=SKULL):
@@ -48,15 +46,6 @@ def sheet(height):
     return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]).astype(np.float32), triangles.astype(
         np.int32
     )
-
-
-def contact_of(geometry, rest, triangles, pressed, carriers=5):
-    """Contact of a surface that in its only frame of training is `pressed`; the jaw takes no tissue with it."""
-    rest, poses = rest.astype(np.float32), Poses(JAW_MOTION)
-    tables = contact_tables(geometry, poses, rest, triangles, [(AT_REST, pressed)])
-    touching = np.union1d(tables.points, tables.vertices)
-    retreat = Retreat.of(geometry, poses, np.zeros((4, len(rest), 3)), rest, triangles, touching)
-    return Contact(tables, retreat, geometry, carriers)
 
 
 def on_ball(moves_with=SKULL):
@@ -287,30 +276,51 @@ def test_skin_deeper_than_sweeps_can_mend_goes_back_as_far_as_it_has_to():
     assert moved.max() > 8e-3
 
 
-def test_a_mouth_goes_back_to_rest_with_the_lower_lip_on_the_jaw():
-    contact, rest = lips()
-    retreat = contact.retreat
-    turn, origin = np.array([[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]]), np.array([0.0, -2e-3, 1e-3])
-    before = (rest + 5e-3).astype(np.float32)
-    none, all_of_it = before.copy(), before.copy()
-    retreat.go(0.0, before, turn, origin, none)
-    np.testing.assert_array_equal(none, before)
-    retreat.go(1.0, before, turn, origin, all_of_it)
-    touching = np.intersect1d(retreat.vertices[retreat.most == 1.0], contact.tables.vertices)
-    np.testing.assert_allclose(all_of_it[touching], rest[touching], atol=1e-7)  # no tissue goes with this jaw
-    carried = replace(retreat, carried=np.ones_like(retreat.carried))
-    carried.go(1.0, before, turn, origin, all_of_it)
-    np.testing.assert_allclose(all_of_it[touching], rest[touching] @ turn.T + origin, atol=1e-7)
-
-
-def test_lower_lip_goes_with_the_jaw_the_upper_one_stays():
-    """Sheets that elastic tissue would take half of the way."""
-    geometry = lips()[0].geometry
-    rest, triangles = lips()[1], np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+@pytest.fixture(scope="module")
+def retreat():
+    """Of sheets that elastic tissue would take half of the way with the jaw, all of which may touch."""
+    geometry, rest = lips()[0].geometry, lips()[1]
+    triangles = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
     half = 0.5 * JAW_MOTION.unit_motions(rest.astype(np.float64))
-    retreat = Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest)))
-    middle = np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3
-    upper = rest[:, 1] > 0.0
+    return Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest))), rest
+
+
+def gone_back(retreat, rest, jaw, share=1.0):
+    """Where a face 5 mm from rest gets to by going back with the jaw at weights (3,)."""
+    before = (rest + 5e-3).astype(np.float32)
+    vertices, targets = before.copy(), np.empty_like(retreat.places)
+    retreat.aim(JAW_MOTION.lift_coordinates(jaw), unit_transforms(JAW_MOTION), targets)
+    return vertices, retreat.go(share, targets, before, vertices)
+
+
+def test_a_mouth_goes_back_to_rest_with_the_lower_lip_on_the_opened_jaw(retreat):
+    retreat, rest = retreat
+    still, way = gone_back(retreat, rest, [0.5, 0.0, 0.0], share=0.0)
+    np.testing.assert_array_equal(still, (rest + 5e-3).astype(np.float32))
+    assert way == 0.0
+    vertices, _ = gone_back(retreat, rest, [0.5, 0.0, 0.0])
+    upper, middle = rest[:, 1] > 0.0, np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3
+    np.testing.assert_allclose(vertices[upper & middle], rest[upper & middle], atol=1e-6)
+    points = rest[~upper & middle].astype(np.float64)
+    lifts = JAW_MOTION.lift_coordinates([0.5, 0.0, 0.0])
+    carried = points + np.tensordot(lifts, JAW_MOTION.unit_motions(points), axes=1)
+    np.testing.assert_allclose(vertices[~upper & middle], carried, atol=1e-6)
+
+
+@pytest.mark.parametrize("forward", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("sideways", [-1.0, 1.0])
+def test_lips_do_not_cross_where_a_mouth_has_gone_back_with_the_jaw_closed(retreat, forward, sideways):
+    """Both go as far, so that what lies on what is the same as at rest."""
+    retreat, rest = retreat
+    vertices, _ = gone_back(retreat, rest, [0.0, forward, sideways])
+    moved = (vertices - rest)[np.abs(rest[:, [0, 2]]).max(axis=1) < 12e-3]
+    ahead = [0.0, 0.0, max(forward, 0.0) * JAW_MOTION.forward_slide]
+    np.testing.assert_allclose(moved, np.broadcast_to(ahead, moved.shape), atol=1e-6)
+
+
+def test_lower_lip_is_carried_the_upper_one_is_not(retreat):
+    retreat, rest = retreat
+    middle, upper = np.abs(rest[:, [0, 2]]).max(axis=1) < 4e-3, rest[:, 1] > 0.0
     np.testing.assert_allclose(retreat.carried[middle & upper], 0.0, atol=1e-6)
     np.testing.assert_allclose(retreat.carried[middle & ~upper], 1.0, atol=1e-6)
 
@@ -387,20 +397,19 @@ def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_
     assert larger[1] == 0
 
 
-def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(synthetic_model):
-    """An opened jaw takes the whole face up to 35 mm into a wall behind it; sweeps move nothing by more than 8 mm."""
-    rest = synthetic_model.rest_vertices
-    lowest, spacing = np.array([-0.08, -0.14, -0.06]), 5e-3
-    depth = lowest[2] + spacing * np.arange(24) - (rest[:, 2].min() - 2e-3)
-    wall = Obstacle(lowest, spacing, np.broadcast_to(depth, (33, 40, 24)).astype(np.float32))
-    contact = contact_of(
-        ContactGeometry({"wall": wall}, NO_SEAM), rest, synthetic_model.triangles, rest - [0.0, 0.0, 0.02], len(rest)
-    )
-    walled = Engine(replace(synthetic_model, effects={"contact": contact}))
-    free = Engine(synthetic_model)
+def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, synthetic_model):
+    walled, free = Engine(walled_model), Engine(synthetic_model)
     ours, other = (engine.evaluate({"jaw_open": 1.0}) for engine in (walled, free))
     assert (ours.method, ours.converged) == (other.method + ", went back", True)
     way = np.linalg.norm(ours.vertices - other.vertices, axis=1).max()
     assert way - FARTHEST <= ours.error - other.error <= way + FARTHEST
     ours, other = (engine.evaluate({"jaw_open": 0.01}) for engine in (walled, free))
     assert (ours.method, ours.error) == (other.method, other.error)
+
+
+@pytest.mark.parametrize(("opened", "needless"), [(1.0, 0), (0.01, 1)])
+def test_gauntlet_sees_a_mouth_that_goes_back_without_need(walled_model, monkeypatch, opened, needless):
+    monkeypatch.setattr("risorius.effects.contact.TOLERATED", -2.0)  # so that it always goes back
+    judge = Judge(Bench(walled_model))
+    judge.take(Ask({"jaw_open": opened}))
+    assert (judge.went_back, judge.broken["needed"]) == (1, needless)

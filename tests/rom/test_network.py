@@ -92,7 +92,8 @@ def bend(z):
 
 
 def test_it_answers_as_it_is_defined(learned):
-    parameters = observed(symmetric, 20, seed=4).parameters
+    own_image = [0.7, 0.7, 0.3, 0.3, 0.0]  # of which one side is computed
+    parameters = np.vstack([observed(symmetric, 20, seed=4).parameters, own_image])
     expected = [np.mean([by_definition(one, p) for one in learned.members], axis=0) for p in parameters]
     np.testing.assert_allclose(answers(learned, parameters), expected, atol=1e-5)
 

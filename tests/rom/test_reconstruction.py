@@ -1,3 +1,4 @@
+import numba
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -6,6 +7,7 @@ from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
 from risorius.packed_fields import whole_blocks
 from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, reconstruction
+from risorius.vector_sums import LANES, least_squared
 from risorius.whole_steps import rounded_fields
 
 RANK, CARRIERS = 30, 40
@@ -95,3 +97,16 @@ def test_a_refined_surface_is_carried_and_nodes_themselves_are_not():
 def test_fields_of_other_carriers_are_refused():
     with pytest.raises(InputError, match=r"basis: fields \(5, 3, 3\) .* weights \(9, 4\); give fields \(r, 4, 3\)"):
         CarriedBasis(np.zeros((5, 3, 3), np.float32), sp.csr_matrix((9, 4)))
+
+
+def test_least_squared_distance_is_that_of_single_numbers_to_the_last_bit():
+    @numba.njit
+    def least(places, start, own):
+        return least_squared(places[0], places[1], places[2], start, own[0], own[1], own[2])
+
+    rng = np.random.default_rng(0)
+    places, own = (rng.normal(size=shape).astype(np.float32) for shape in ((3, 4 * LANES), 3))
+    squares = (places - own[:, None]) ** 2
+    expected = squares[0] + squares[1] + squares[2]
+    for start in range(3 * LANES):
+        assert least(places, start, own) == expected[start : start + LANES].min()

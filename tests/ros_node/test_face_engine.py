@@ -114,10 +114,13 @@ def test_garbage_is_counted_and_the_next_good_message_answered(
     assert len(warnings) == 1, "throttled to one in five seconds"
 
 
-def test_warning_names_the_unknown_inputs(model_file: Path, tmp_path: Path) -> None:
-    with served(model_file, log=tmp_path / "log") as node, FaceClient(engine=node.name) as client:
-        client.ask({"frobnicator": 0.5}, PATIENCE_S)
-        spin_until(client, lambda: "frobnicator" in node.output)
+def test_warning_names_unknown_inputs_and_counts_mouths_that_went_back(
+    walled_model: risorius.ReducedModel, tmp_path: Path
+) -> None:
+    walled_model.save(tmp_path / "model.h5")
+    with served(tmp_path / "model.h5", log=tmp_path / "log") as node, FaceClient(engine=node.name) as client:
+        client.ask({"frobnicator": 0.5, "jaw_open": 1.0}, PATIENCE_S)
+        spin_until(client, lambda: "unknown 1, mouths that went back 1; unknown names: frobnicator" in node.output)
 
 
 def test_every_weight_is_answered_at_once(node: ServedNode, capsys: pytest.CaptureFixture[str]) -> None:

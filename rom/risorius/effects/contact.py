@@ -7,6 +7,7 @@ still too deep, the mouth goes back part of the way to where nothing touches, an
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from typing import ClassVar
 
@@ -15,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_kernels import TOLERATED
+from risorius.effects.contact_kernels import TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
@@ -42,9 +43,11 @@ class Contact:
     def __init__(self, tables: ContactTables, retreat: Retreat, geometry: ContactGeometry, carriers: int) -> None:
         self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
-        self._motion, self._turn, self._origin = np.zeros((4, 4)), np.eye(3), np.zeros(3)
+        self._turn, self._origin = np.eye(3), np.zeros(3)
         self.gave_way = 0.0
         self._look = ContactLook(tables, self._turn, self._origin)
+        self._targets = np.empty_like(retreat.places)
+        self._before, self._best = np.empty((2, len(tables.row_starts) - 1, 3), np.float32)
 
     @classmethod
     def train(cls, snapshots: SnapshotSet, fields: FloatArray) -> Contact | None:
@@ -73,31 +76,36 @@ class Contact:
 
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
-        transforms = self.tables.transforms
-        if len(transforms):
-            np.dot(
-                coordinates[: len(transforms)], transforms.reshape(len(transforms), 16), out=self._motion.reshape(16)
-            )
-            self._turn[:] = self._motion[:3, :3]
-            self._turn.flat[::4] += 1.0
-            self._origin[:] = self._motion[:3, 3]
         self.gave_way = 0.0
-        if self._look.resolve(vertices) > TOLERATED:
-            self._go_back(vertices)
+        if self.sweep(coordinates, vertices) > TOLERATED:
+            self._go_back(coordinates, vertices)
 
-    def _go_back(self, vertices: npt.NDArray[np.float32]) -> None:
+    def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> float:
+        """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
+        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
+        return self._look.resolve(vertices)
+
+    def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
+        """Metres (k,) from teeth and (l,) from the other lip of all points that are looked at, of vertices (n, 3)."""
+        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
+        return self._look.gaps(vertices)
+
+    def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
-        before = vertices - (self.tables.shares @ self._look.moved).astype(np.float32)
-        least, best = np.inf, before
+        self._look.put_back(vertices)
+        self._before[:] = vertices
+        self.retreat.aim(coordinates, self.tables.transforms, self._targets)
+        least = math.inf
         for share in SHARES:
-            vertices[:] = before
-            way = self.retreat.go(share, before, self._turn, self._origin, vertices)
+            vertices[:] = self._before
+            way = self.retreat.go(share, self._targets, self._before, vertices)
             depth = self._look.resolve(vertices)
             if depth < least:
-                least, best, self.gave_way = depth, vertices.copy(), way
+                least, self.gave_way = depth, way
+                self._best[:] = vertices
             if depth <= TOLERATED:
                 return
-        vertices[:] = best
+        vertices[:] = self._best
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""

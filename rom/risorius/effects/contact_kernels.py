@@ -16,6 +16,7 @@ from risorius.effects.contact_patches import (
     take_off_shifts,
     take_off_shifts_apart,
 )
+from risorius.vector_sums import LANES, least_squared
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
@@ -45,6 +46,20 @@ TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 def blocks(size):  # type: ignore[no-untyped-def]
     """Number of blocks along an axis of a grid."""
     return (size - 2) // BLOCK + 1
+
+
+@_compiled
+def move_jaw(coordinates, transforms, turn, origin):  # type: ignore[no-untyped-def]
+    """Set where the jaw's teeth are, turn (3, 3) @ place + origin (3,): transforms (q, 4, 4) times coordinates (r,)."""
+    for i in range(3):
+        origin[i] = 0.0
+        for j in range(3):
+            turn[i, j] = 1.0 if i == j else 0.0
+    for k in range(len(transforms)):
+        for i in range(3):
+            origin[i] += coordinates[k] * transforms[k, i, 3]
+            for j in range(3):
+                turn[i, j] += coordinates[k] * transforms[k, i, j]
 
 
 @_compiled
@@ -266,6 +281,18 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
 
 
 @_compiled
+def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
+    """Take back what controls have moved vertices by, all sweeps together; rows of their shares, see `move`."""
+    starts, controls, shares = rows
+    for vertex in movable:
+        for i in range(3):
+            shift = 0.0
+            for entry in range(starts[vertex], starts[vertex + 1]):
+                shift += shares[entry] * moved[controls[entry], i]
+            x[vertex, i] -= shift
+
+
+@_compiled
 def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch."""
     points = teeth[0]
@@ -275,11 +302,24 @@ def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: i
     leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
     at[:] = facing
     which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
-    _enclose(x, corners[3], patches_of_lips[3], corners[6])
-    _look(x, teeth, lips, patches_of_lips, corners, len(leaders), len(leaders_lips), state)
+    _place(x, corners[2], corners[5])
+    _look(x, teeth, lips, corners, len(leaders), len(leaders_lips), state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
+    _look(x, teeth, lips, corners, count, count_lips, state)
+
+
+@_compiled
+def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of all points, whatever bounds tell."""
+    at, which, which_lips = state[:3]
+    at[:] = lips[1]
+    for number in range(len(which)):
+        which[number] = number
+    for number in range(len(which_lips)):
+        which_lips[number] = number
+    _place(x, corners[2], corners[5])
+    _look(x, teeth, lips, corners, len(which), len(which_lips), state)
 
 
 @_compiled
@@ -296,64 +336,58 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
 
 
 @_compiled
-def _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state):  # type: ignore[no-untyped-def]
+def _look(x, teeth, lips, corners, count, count_lips, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some of the points, at corners of the mouth to what is nearest wherever the way downhill ends.
 
     The numbers of those of the lips are overwritten.
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
     _approach(x, teeth, lips, count, count_lips, state)
-    nearer = _search(x, lips[0], lips[3], patches_of_lips[3], corners, which_lips, count_lips, at, gaps_lips)
+    nearer = _search(x, lips[0], lips[3], corners, which_lips, count_lips, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
 @_compiled
-def _enclose(x, members, starts, radii):  # type: ignore[no-untyped-def]
-    """Set radii (g,) of patches of vertices about their first, the leader."""
-    for patch in range(len(radii)):
-        o, square = members[starts[patch]], 0.0
-        ox, oy, oz = x[o, 0], x[o, 1], x[o, 2]
-        for e in range(starts[patch] + 1, starts[patch + 1]):
-            p = members[e]
-            u, v, w = x[p, 0] - ox, x[p, 1] - oy, x[p, 2] - oz
-            square = max(square, u * u + v * v + w * w)
-        radii[patch] = math.sqrt(square)
+def _place(x, members, places):  # type: ignore[no-untyped-def]
+    """Set places (3, b) of members (b,), one coordinate after the other."""
+    xs, ys, zs = places[0], places[1], places[2]
+    for i in range(len(members)):
+        p = members[i]
+        xs[i], ys[i], zs[i] = x[p, 0], x[p, 1], x[p, 2]
 
 
 @_compiled
-def _search(x, vertices, triangles, starts, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
+def _search(x, vertices, triangles, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
     """Set `at` (l,) to a triangle at the nearest vertex around a corner where that is nearer than the gap (l,) found.
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    near_starts, near, leaders, members, fan_starts, fans, radii = corners
+    near_starts, near, members, fan_starts, fans, places = corners
+    xs, ys, zs = places[0], places[1], places[2]
     found = 0
     for e in range(count):
         number = which[e]
         if near_starts[number] == near_starts[number + 1] or abs(gaps[number]) < TOLERATED:
             continue
-        p, nearest, least = vertices[number], -1, SEARCHED * SEARCHED
+        p, first, nearest, least = vertices[number], -1, -1, SEARCHED * SEARCHED
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
         for k in range(3):
             q = triangles[at[number], k]
             u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
             least = min(least, u * u + v * v + w * w)
-        reach = math.sqrt(least)
         least *= 1.0 - 1e-6
         for k in range(near_starts[number], near_starts[number + 1]):
-            patch = near[k]
-            q, most = leaders[k], reach + radii[patch]
-            u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
-            if u * u + v * v + w * w >= most * most:
-                continue
-            for m in range(starts[patch], starts[patch + 1]):
-                q = members[m]
-                u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
-                square = u * u + v * v + w * w
-                if square < least:
-                    nearest, least = q, square
-            reach = math.sqrt(least)
+            square = least_squared(xs, ys, zs, near[k], px, py, pz)
+            if square < least:
+                first, least = near[k], square
         gaps[number] = min(gaps[number], SEARCHED)
+        if first < 0:
+            continue
+        for m in range(first, first + LANES):
+            u, v, w = px - xs[m], py - ys[m], pz - zs[m]
+            if u * u + v * v + w * w <= least:
+                nearest = members[m]
+                break
         if nearest < 0:
             continue
         least, begun = gaps[number] * gaps[number] * (1.0 - 1e-6), at[number]
@@ -419,6 +453,6 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
         count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
             break
-        _enclose(x, corners[3], patches_of_lips[3], corners[6])
-        _look(x, teeth, lips, patches_of_lips, corners, count, count_lips, state)
+        _place(x, corners[2], corners[5])
+        _look(x, teeth, lips, corners, count, count_lips, state)
     return _deepest(gaps, gaps_lips)

@@ -10,12 +10,14 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from risorius.effects.contact_kernels import deepest, resolve
+from risorius.effects.contact_kernels import deepest, find_gaps, put_back, resolve
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.jaw import FloatArray
+from risorius.reconstruction import neighbours_together
+from risorius.vector_sums import LANES
 
-AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and a patch that may come near it
+AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and those that may be its nearest
 Numbers = npt.NDArray[np.int32]
 
 
@@ -44,7 +46,7 @@ class ContactLook:
             _tables(Patches.of(rows[t.points], kinds), slack),
             _tables(of_lips, np.zeros(len(t.vertices))),
         )
-        self._corners = _corners(t, sides, of_lips)
+        self._corners = _corners(t, sides)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._state = (
@@ -64,6 +66,15 @@ class ContactLook:
                 self._state,
             )
         )  # fmt: skip
+
+    def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Take back what `resolve` has moved vertices (n, 3) by."""
+        put_back(vertices, self._rows, self._columns[3], self.moved)
+
+    def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
+        """Metres (k,) and (l,) of all points, each looked at; those at corners of the mouth at most SEARCHED."""
+        find_gaps(vertices, self._teeth, self._lips, self._corners, self._state)
+        return self._state[3].copy(), self._state[5].copy()
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
@@ -87,21 +98,33 @@ def _sides(tables: ContactTables) -> Numbers:
     return np.where(label[:count] == first, 0, np.where(label[count:] == first, 1, -1)).astype(np.int32)
 
 
-def _corners(tables: ContactTables, sides: npt.NDArray[np.integer], patches: Patches) -> tuple[npt.NDArray[Any], ...]:
-    """Patches of the other lip near each of the vertices at a corner of the mouth, and triangles around each vertex."""
-    t, leaders = tables, patches.leaders
+def _corners(tables: ContactTables, sides: npt.NDArray[np.integer]) -> tuple[npt.NDArray[Any], ...]:
+    """Blocks of LANES vertices of the other lip near each of those at a corner of the mouth, and triangles around each.
+
+    Blocks start at near (k,), those of a vertex at near_starts (l + 1,), in members (b,), whose places (3, b) are last.
+    """
+    t = tables
     corner = np.flatnonzero(np.diff(t.candidate_starts))
-    rows = sp.lil_matrix((len(t.vertices), len(leaders)), dtype=bool)
-    if len(corner):
-        found = cKDTree(t.places[leaders]).query_ball_point(t.places[corner], AROUND)
-        for number, others in zip(corner, found, strict=True):
-            rows[number, [patch for patch in others if sides[leaders[patch]] != sides[number]]] = True
-    near = sp.csr_matrix(rows)
+    rows: list[Numbers] = [np.zeros(0, np.int32)] * len(t.vertices)
+    blocks = [np.zeros(0, np.int32)]
+    for side in (0, 1):
+        mine, other = corner[sides[corner] == side], np.flatnonzero(sides == 1 - side)
+        if not len(mine) or not len(other):
+            continue
+        order = neighbours_together(t.places[other])
+        order = other[np.append(order, np.full(-len(order) % LANES, order[-1]))]
+        first, tree = sum(map(len, blocks)), cKDTree(t.places[order])
+        for number, found in zip(mine, tree.query_ball_point(t.places[mine], AROUND), strict=True):
+            rows[number] = (first + LANES * np.unique(np.array(found, np.int32) // LANES)).astype(np.int32)
+        blocks.append(t.vertices[order])
+    members = np.concatenate(blocks)
+    near_starts = np.cumsum([0, *map(len, rows)]).astype(np.int32)
+    near = np.concatenate([np.zeros(0, np.int32), *rows])
     ends = np.ones(t.triangles.size, bool), t.triangles.ravel(), np.arange(0, t.triangles.size + 1, 3)
     fans = sp.csr_matrix(sp.csr_matrix(ends, shape=(len(t.triangles), len(t.row_starts) - 1)).T)
     return (
-        near.indptr.astype(np.int32), near.indices.astype(np.int32), t.vertices[leaders[near.indices]],
-        t.vertices[patches.order], fans.indptr.astype(np.int32), fans.indices.astype(np.int32), np.zeros(len(leaders)),
+        near_starts, near, members, fans.indptr.astype(np.int32), fans.indices.astype(np.int32),
+        np.zeros((3, len(members)), np.float32),
     )  # fmt: skip
 
 

@@ -2,8 +2,8 @@
 
 Gaps are taken from frames of a sample of the inputs, before contact has moved anything and after it. A point is left
 out if it stays clear by MARGIN, and by half of what its gap has shrunk by since it was at rest. Corners of the mouth
-stay whole: the way downhill to the nearest triangle may end early there, and tell of a gap that is none. Neither
-touches nor a head that is shaken are in the sample: in their frames everything is looked at.
+stay whole: the nearest of the other lip is looked for among their points. Neither touches nor a head that is shaken are
+in the sample: in their frames everything is looked at.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import gaps_to_lips, gaps_to_teeth
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.effect import UPRIGHT, Surroundings
 from risorius.evaluators.setting import Setting
@@ -78,39 +77,14 @@ class ReachableContact(Contact):
 
 def reachable(contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -> tuple[Flags, Flags]:
     """Points (k,) for teeth and vertices (l,) of the lips that frames of a face at rest (n, 3) let come to touch."""
-    gaps = _Gaps(contact.tables)
-    at_rest = tuple(gap.copy() for gap in gaps.of(np.zeros(contact.tables.transforms.shape[0]), rest))
-    least = tuple(gap.copy() for gap in at_rest)
+    at_rest = contact.gaps(np.zeros(contact.tables.transforms.shape[0]), rest)
+    least = [gaps.copy() for gaps in at_rest]
     for coordinates, vertices in frames:
         for _ in range(2):
-            for smallest, now in zip(least, gaps.of(coordinates, vertices), strict=True):
+            for smallest, now in zip(least, contact.gaps(coordinates, vertices), strict=True):
                 np.minimum(smallest, now, out=smallest)
             contact.finish(coordinates, vertices)
     first, second = (
-        gap - np.maximum(MARGIN, SHRUNK * (before - gap)) <= 0.0 for before, gap in zip(at_rest, least, strict=True)
+        gaps - np.maximum(MARGIN, SHRUNK * (before - gaps)) <= 0.0 for before, gaps in zip(at_rest, least, strict=True)
     )
     return first, second | (np.diff(contact.tables.candidate_starts) > 0)
-
-
-class _Gaps:
-    """Gaps of all points of tables, one frame after another."""
-
-    def __init__(self, tables: ContactTables) -> None:
-        self._tables = tables
-        points, lips = len(tables.points), len(tables.vertices)
-        self._which = np.arange(max(points, lips), dtype=np.int32)
-        self._teeth, self._ways = np.empty(points), np.empty((points, 3))
-        self._lips, self._ways_lips = np.empty(lips), np.empty((lips, 3))
-
-    def of(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
-        """Gaps (k,) to teeth and (l,) to the other lip; the next call overwrites them."""
-        t, at = self._tables, self._tables.facing.copy()
-        gaps_to_teeth(
-            vertices, t.points, self._which, len(t.points), t.onset, t.away, t.distances, t.starts, t.shapes, t.lows,
-            t.spacings, t.moves, *t.least, *t.jaw(coordinates), self._teeth, self._ways,
-        )  # fmt: skip
-        gaps_to_lips(
-            vertices, t.vertices, self._which, len(t.vertices), at, t.places, t.triangles, t.across, t.planes,
-            float(t.orientation[0]), self._lips, self._ways_lips,
-        )  # fmt: skip
-        return self._teeth, self._lips

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_kernels import BLOCK, blocks
+from risorius.effects.contact_kernels import BLOCK, blocks, move_jaw
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
 from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
@@ -144,8 +144,9 @@ class ContactTables:
 
     def jaw(self, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Turn (3, 3) and origin (3,) of the jaw's teeth at coordinates (r,): they are at turn @ place + origin."""
-        moved = np.tensordot(coordinates[: len(self.transforms)], self.transforms, axes=1)
-        return np.ascontiguousarray(np.eye(3) + moved[:3, :3]), moved[:3, 3].copy()
+        turn, origin = np.empty((3, 3)), np.empty(3)
+        move_jaw(coordinates, self.transforms, turn, origin)
+        return turn, origin
 
     def _candidates_within(self, vertices: npt.NDArray[np.bool_], new: npt.NDArray[np.int32]) -> dict[str, Any]:
         shape = len(self.vertices), len(self.triangles)

@@ -1,8 +1,9 @@
 """Where a mouth can go back to: a pose that touches next to nothing, for any place of the jaw.
 
-At rest nothing touches. With the jaw moved, the lower lip goes with it as if it were one with its teeth, and the upper
-lip stays; what joins them at the corners of the mouth is in between (harmonic on the surface), what is farther away
-goes as far with the jaw as elastic tissue does.
+At rest nothing touches. With the jaw opened or pushed forwards, the lower lip goes with it as if it were one with its
+teeth, and the upper lip stays; what joins them at the corners of the mouth is in between (harmonic on the surface), and
+what is farther away goes as far with the jaw as elastic tissue does. The upper lip goes forwards, too, while the mouth
+is closed, else the lower one would come through it; and neither goes aside or back, into the other or the upper teeth.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ELASTIC = 20e-3  # metres from the lips, beyond which skin goes with the jaw as 
 FADE = 20e-3  # metres beyond what may touch, over which skin goes back less
 SHORTEST = 1e-5  # metres of an edge
 OPENING = 0.3  # of the jaw, at which it is seen how far tissue goes with it
+PARTED = 0.06  # sine of an opening of the jaw, beyond which the lips are apart
 
 
 @dataclass(frozen=True)
@@ -63,16 +65,22 @@ class Retreat:
             most[vertices].astype(np.float32),
         )
 
+    def aim(self, coordinates: FloatArray, transforms: FloatArray, targets: npt.NDArray[np.float32]) -> None:
+        """Write where the vertices are, targets (w, 3), when all of the way back is gone.
+
+        transforms (l, 4, 4) of the jaw by the lift coordinates that `coordinates` (r,) begin with, none without a jaw.
+        """
+        _aim(coordinates, transforms, self.places, self.carried, targets)
+
     def go(
-        self, share: float, before: npt.NDArray[np.float32], turn: FloatArray, origin: FloatArray,
+        self, share: float, targets: npt.NDArray[np.float32], before: npt.NDArray[np.float32],
         vertices: npt.NDArray[np.float32],
     ) -> float:  # fmt: skip
         """Write where `vertices` (n, 3) get from where they were `before` by going a share of the way back.
 
-        The jaw's teeth are at turn @ place + origin. Returns metres that any goes at the most.
+        Returns metres that any goes at the most.
         """
-        tables = self.vertices, self.places, self.carried, self.most
-        return float(_go(np.float32(share), before, turn, origin, *tables, vertices))
+        return float(_go(np.float32(share), targets, before, self.vertices, self.most, vertices))
 
     def within(self, part: Part) -> Retreat:
         """That of what a part holds of the face."""
@@ -128,17 +136,32 @@ def _carried(sheets: LipSheets, elastic: FloatArray, graph: sp.csr_matrix) -> Fl
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _go(share, before, turn, origin, numbers, places, carried, most, out):  # type: ignore[no-untyped-def]
+def _aim(coordinates, transforms, places, carried, targets):  # type: ignore[no-untyped-def]
+    closed = 0.0
+    if len(transforms):
+        closed = max(0.0, 1.0 - coordinates[0] / PARTED)
+    for entry in range(len(places)):
+        share = carried[entry]
+        for i in range(3):
+            moved, pushed = 0.0, 0.0
+            for lift in range(min(len(transforms), 3)):
+                motion = transforms[lift, i, 3]
+                for j in range(3):
+                    motion += transforms[lift, i, j] * places[entry, j]
+                if lift < 2:
+                    moved += coordinates[lift] * motion
+                else:
+                    pushed = max(coordinates[lift], 0.0) * motion
+            targets[entry, i] = places[entry, i] + share * moved + (share + closed * (1.0 - share)) * pushed
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _go(share, targets, before, numbers, most, out):  # type: ignore[no-untyped-def]
     farthest = 0.0
     for entry in range(len(numbers)):
         vertex, part, square = numbers[entry], share * most[entry], 0.0
         for i in range(3):
-            place = places[entry, i]
-            moved = origin[i] - place
-            for j in range(3):
-                moved += turn[i, j] * places[entry, j]
-            target = place + carried[entry] * moved
-            way = part * (target - before[vertex, i])
+            way = part * (targets[entry, i] - before[vertex, i])
             out[vertex, i] = before[vertex, i] + way
             square += way * way
         farthest = max(farthest, square)

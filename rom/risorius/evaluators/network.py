@@ -11,7 +11,7 @@ know of their error (Krogh and Vedelsby 1995). `network_fit` trains them; what t
 usual inputs, `remainder` adds.
 
 What an answer takes is the time to read all weights, so they are 16-bit integers (`in_steps`), and read once for both
-sides.
+sides. Parameters that are their own mirror image, or a face without one, take half of that.
 """
 
 from __future__ import annotations
@@ -195,38 +195,50 @@ def _evaluate(  # type: ignore[no-untyped-def]
     competition, first, first_steps, thresholds, second, second_steps, second_thresholds, even, even_steps, odd,
     odd_steps, modes, variables, entry, inputs, features, bent, combined, sums, answers, out,
 ):  # fmt: skip
-    """Write the mean answer of all members into `out` (r,); return how far they are apart."""
+    """Write the mean answer of all members into `out` (r,); return how far they are apart.
+
+    Of parameters that are their own mirror image both sides' features are the same: one side is enough.
+    """
     count, neurons, split = len(variables), thresholds.shape[1], even_steps.shape[1]
-    middle = count + neurons
+    middle, sides = count + neurons, 1
+    for i in range(count):
+        if parameters[i] != sign[i] * parameters[partner[i]]:
+            sides = 2
     for k in range(len(answers)):
         compete(parameters, competition[k], variables)
         for i in range(count):
             entry[0, i], entry[1, i] = variables[i], sign[i] * variables[partner[i]]
-        _bend(first[k], first_steps[k], thresholds[k], entry, bent)
-        for side in range(2):
+        _bend(first[k], first_steps[k], thresholds[k], entry, sides, bent)
+        for side in range(sides):
             for i in range(count):
                 features[side, i] = inputs[side, i] = entry[side, i]
             for i in range(neurons):
                 features[side, count + i] = inputs[side, count + i] = bent[side, i]
-                inputs[side, middle + i] = bent[1 - side, i]
-        _bend(second[k], second_steps[k], second_thresholds[k], inputs, bent)
-        for side in range(2):
+                inputs[side, middle + i] = bent[sides - 1 - side, i]
+        _bend(second[k], second_steps[k], second_thresholds[k], inputs, sides, bent)
+        for side in range(sides):
             for i in range(neurons):
                 features[side, middle + i] = bent[side, i]
         for i in range(features.shape[1]):
-            combined[0, i] = features[0, i] + features[1, i]
-            combined[1, i] = features[0, i] - features[1, i]
+            combined[0, i] = features[0, i] + features[sides - 1, i]
+            combined[1, i] = features[0, i] - features[sides - 1, i]
         _add_up(even[k], even_steps[k], combined[0], sums, answers[k, :split])
-        _add_up(odd[k], odd_steps[k], combined[1], sums, answers[k, split:])
+        if sides == 2:
+            _add_up(odd[k], odd_steps[k], combined[1], sums, answers[k, split:])
+        else:
+            answers[k, split:] = 0.0
     return _mean(answers, modes, sums, out)
 
 
 @numba.njit(cache=True)
-def _bend(weights, steps, thresholds, inputs, out):  # type: ignore[no-untyped-def]
-    """Write the bent combinations (h,) of inputs of both sides, 0 where these are."""
+def _bend(weights, steps, thresholds, inputs, sides, out):  # type: ignore[no-untyped-def]
+    """Write the bent combinations (h,) of inputs of the first or of both sides, 0 where these are."""
     square = np.float32(WIDTH * WIDTH)
-    combine(weights, inputs, out)
-    for side in range(2):
+    if sides == 1:
+        combine(weights, inputs[0], out[0])
+    else:
+        combine(weights, inputs, out)
+    for side in range(sides):
         for r in range(len(thresholds)):
             z = out[side, r] * steps[r] + thresholds[r]
             out[side, r] = np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square)

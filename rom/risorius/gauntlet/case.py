@@ -13,6 +13,7 @@ from risorius.effects import Touch
 from risorius.effects.contact import Contact
 from risorius.engine import Engine, Frame
 from risorius.evaluators import Evaluator, Setting, Superposition
+from risorius.gauntlet.going_back import GoingBack
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.penetration import PenetrationMeasure
@@ -68,6 +69,14 @@ class Bench:
         if not isinstance(contact, Contact) or Contact.name not in self.engine.effects:
             return None
         return PenetrationMeasure(contact.geometry, self.model.poses, self.model.rest_vertices, self.model.triangles)
+
+    @cached_property
+    def going_back(self) -> GoingBack | None:
+        """Of the mouth; None where the engine has no contact."""
+        contact = self.engine.model.effects.get(Contact.name)
+        if not isinstance(contact, Contact) or self.penetration is None:
+            return None
+        return GoingBack(self.engine.model, contact.at(self.engine.point.setting), self.penetration)
 
     @cached_property
     def rest(self) -> Frame:

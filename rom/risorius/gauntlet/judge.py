@@ -23,6 +23,7 @@ VERDICTS = {
     "residual": "no converged frame that physics corrected has a longer residual than the map's answer",
     "energy": "what nothing pushes any more never gains energy of motion",
     "penetration": "with contact, no skin is more than 0.3 mm deeper in teeth or in the other lip than at rest",
+    "needed": "no mouth goes back where nothing would be deeper than 0.2 mm in teeth or in the other lip without",
     "recovers": "the frame after the case is the face at rest",
 }
 FARTHEST = 0.5  # of the longest side of the face
@@ -46,6 +47,7 @@ class Judge:
     refused: int = 0
     mended: int = 0
     held: int = 0
+    went_back: int = 0
     smallest_jacobian: float | None = None
     farthest: float = 0.0
     deepest: float = 0.0
@@ -76,6 +78,7 @@ class Judge:
         self.frames += 1
         self.held += not frame.converged
         self.mended += "mended" in frame.method
+        self.went_back += "went back" in frame.method
         numbers = np.isfinite(frame.vertices).all() and np.isfinite(frame.coordinates).all()
         self.broken["finite"] += not (numbers and not np.isnan(frame.error))
         moved = np.linalg.norm(frame.vertices - self.bench.model.rest_vertices, axis=1).max()
@@ -98,6 +101,8 @@ class Judge:
             found = self.bench.penetration(frame.vertices, state)
             self.deepest = max(self.deepest, found.teeth, found.lips)
             self.broken["penetration"] += max(found.teeth, found.lips) > DEEPEST
+        if self.bench.going_back is not None and "went back" in frame.method and not ask.touches:
+            self.broken["needed"] += not self.bench.going_back.needed(frame.coordinates)
         corrected = self.bench.evaluator
         if isinstance(corrected, CorrectedMap) and frame.method == CorrectedMap.name and not self.bench.engine.effects:
             self.broken["residual"] += self._worsened(corrected, ask, state)

@@ -35,6 +35,7 @@ class Result:
     refused: int = 0
     mended: int = 0
     held: int = 0
+    went_back: int = 0
     smallest_jacobian: float | None = None
     farthest: float = 0.0
     deepest: float = 0.0
@@ -80,6 +81,7 @@ def _result(case: Case, bench: Bench) -> Result:
         refused=judge.refused,
         mended=judge.mended,
         held=judge.held,
+        went_back=judge.went_back,
         smallest_jacobian=judge.smallest_jacobian,
         farthest=judge.farthest,
         deepest=judge.deepest,

@@ -20,7 +20,7 @@ def as_table(results: Sequence[Result]) -> Table:
     table = Table(title=summary(results))
     for column in ("group", "case", "verdict"):
         table.add_column(column, overflow="fold")
-    for column in ("frames", "refused", "mended", "held", "smallest J", "farthest, mm", "deepest, mm"):
+    for column in ("frames", "refused", "mended", "held", "went back", "smallest J", "farthest, mm", "deepest, mm"):
         table.add_column(column, justify="right", no_wrap=True)
     table.add_column("what does not hold, or is not there", overflow="fold")
     for one in results:
@@ -31,9 +31,9 @@ def as_table(results: Sequence[Result]) -> Table:
 
 def _figures(one: Result) -> list[str]:
     if one.outcome == NOT_APPLICABLE:
-        return ["-"] * 7
+        return ["-"] * 8
     smallest = "-" if one.smallest_jacobian is None else f"{one.smallest_jacobian:.3f}"
-    counts = (one.frames, one.refused, one.mended, one.held)
+    counts = (one.frames, one.refused, one.mended, one.held, one.went_back)
     return [*map(str, counts), smallest, f"{1e3 * one.farthest:.1f}", f"{1e3 * one.deepest:.2f}"]
 
 
