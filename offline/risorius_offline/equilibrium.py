@@ -81,12 +81,12 @@ class EquilibriumSolver:
         when continuation comes down to its smallest step.
         """
         state = start or self.rest()
-        self.model.note(state.u, state.notes)
         target = self._checked(parameters)
         report = SolverReport()
         done, step, predictor, rough = 0.0, 1.0, None, True
         while done < 1.0:
             self.model.set_parameters(state.parameters)
+            self.model.note(state.u, state.notes)
             step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
@@ -145,10 +145,7 @@ class EquilibriumSolver:
 
     def _on_the_way(self, u: FloatArray, report: SolverReport, level: int | None, *, rough: bool) -> FloatArray | None:
         newton = GuardedNewton(max(self.tolerance, TOLERANCE_ON_THE_WAY), self.max_iterations, rough)
-        found = newton.minimise(self.model, u, report, level)
-        if found is not None:
-            self.model.note(found)
-        return found
+        return newton.minimise(self.model, u, report, level)
 
     def _minimum(
         self,
