@@ -112,13 +112,13 @@ def _candidates(  # type: ignore[no-untyped-def]
             for m in range(GROUP):
                 now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
                 then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
-                behind += (now < turned[3, group, m]) & (now >= turned[3, group, m] - reach) & (then >= faced[3, group, m])
+                behind += (now < turned[3, group, m]) & (then >= faced[3, group, m])
             if behind == 0:
                 continue
             for m in range(GROUP):
                 now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
                 then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
-                if now >= turned[3, group, m] or now < turned[3, group, m] - reach or then < faced[3, group, m]:
+                if now >= turned[3, group, m] or then < faced[3, group, m]:
                     continue
                 t = members[group, m]
                 a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
