@@ -13,9 +13,11 @@ from risorius.closest_point import closest_point
 from risorius.effects.contact_patches import (
     below,
     beyond_leaders,
+    leaders_of_others,
     take_off_shifts,
     take_off_shifts_apart,
 )
+from risorius.effects.contact_planes import beyond_planes
 from risorius.vector_sums import LANES, least_squared
 
 _compiled = numba.njit(cache=True, error_model="numpy")
@@ -293,17 +295,19 @@ def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch."""
     points = teeth[0]
     vertices, facing = lips[0], lips[1]
     at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
     leaders, slack, order, order_starts = patches
-    leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
-    at[:] = facing
-    which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
+    slack_lips, order_lips, starts_lips = patches_of_lips
+    at[:], gaps[:] = facing, 0.0
+    which[: len(leaders)] = leaders
     _place(x, corners[2], corners[5])
-    _look(x, teeth, lips, corners, len(leaders), len(leaders_lips), state)
+    beyond_planes(x, vertices, groups, gaps_lips)
+    count_lips = leaders_of_others(order_lips, starts_lips, gaps_lips, which_lips)
+    _look(x, teeth, lips, corners, len(leaders), count_lips, state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
     _look(x, teeth, lips, corners, count, count_lips, state)
@@ -420,18 +424,18 @@ def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+def deepest(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Metres that any point of vertices x (n, 3) is in anything, negative where none is."""
-    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     return _deepest(state[3], state[5])
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything, at the most."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
-    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     sweeps = 0
     for _round in range(ROUNDS):
         swept = sweeps
@@ -448,7 +452,7 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, corners, st
         if sweeps == swept:
             break
         if _moved_far(moved):
-            _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+            _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
             continue
         count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
