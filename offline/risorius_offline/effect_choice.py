@@ -16,6 +16,7 @@ from risorius_offline.effects.bone_contact import BoneContact
 from risorius_offline.effects.effect import Effect
 from risorius_offline.effects.gravity import UPRIGHT, gravity
 from risorius_offline.effects.lip_contact import LipContact
+from risorius_offline.effects.lip_overlap import LipOverlap
 from risorius_offline.effects.lip_seam import LipSeam
 from risorius_offline.effects.skin_contact import SkinContact, teeth_of
 from risorius_offline.effects.skin_prestress import SkinPrestress
@@ -57,7 +58,7 @@ class EffectChoice:
             if teeth_of(anatomy):
                 effects.append(SkinContact(anatomy))
         if self.contact == ContactChoice.LIPS:
-            effects.append(LipSeam(anatomy))
+            effects += [LipSeam(anatomy), LipOverlap(anatomy)]
         if self.contact == ContactChoice.FULL:
             effects.append(LipContact(anatomy))
         if self.gravity is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
-from risorius_offline.full_model import FullModel
+from risorius_offline.full_model import FullModel, Notes
 from risorius_offline.newton import GuardedNewton, SolverReport
 from risorius_offline.prediction import Predictor
 from risorius_offline.stability import way_down
@@ -26,6 +26,9 @@ TOLERANCE_ON_THE_WAY = 1e-1
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
+# Metres by which surfaces may be deeper in each other at an equilibrium than what was noted. It is noted anew, so many
+# times, and Newton's method goes on; what is tangled beside a guess is given up for a start that is not.
+TOLERATED, TANGLED, MOST_NOTES = 0.1e-3, 1e-3, 6
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
 
@@ -40,11 +43,15 @@ class NotConvergedError(SolverError):
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged state: parameters (p,), displacement u (n, 3) in metres, report."""
+    """A converged state: parameters (p,), displacement u (n, 3) in metres, report.
+
+    notes: as `FullModel.notes`, of what touches there.
+    """
 
     parameters: FloatArray
     u: FloatArray
     report: SolverReport = field(default_factory=SolverReport)
+    notes: Notes = ()
 
 
 @dataclass(frozen=True)
@@ -79,6 +86,7 @@ class EquilibriumSolver:
         done, step, predictor, rough = 0.0, 1.0, None, True
         while done < 1.0:
             self.model.set_parameters(state.parameters)
+            self.model.note(state.u, state.notes)
             step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
@@ -113,7 +121,7 @@ class EquilibriumSolver:
         """
         target, report = self._checked(parameters), SolverReport(steps=1)
         start = self._towards(guess, target)
-        found = None if start is None else self._minimum(start, report, None, rough=True)
+        found = None if start is None else self._minimum(start, report, None, rough=True, most_missed=TANGLED)
         if found is None:
             raise NotConvergedError(f"no equilibrium beside a guess at {self._describe(target)}", report)
         return self._told(Equilibrium(target, found), report)
@@ -122,12 +130,15 @@ class EquilibriumSolver:
         """The guess (n, 3), bones where the target has them, mended if need be; None where it cannot be."""
         self.model.set_parameters(target)
         bones = self.model.prescribed_motion(target)
-        return self.model.admissible(np.where(self.model.anatomy.prescribed[:, None], bones, guess))
+        start = self.model.admissible(np.where(self.model.anatomy.prescribed[:, None], bones, guess))
+        if start is not None:
+            self.model.note(start)
+        return start
 
     def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
         """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
         report.converged = True
-        found = replace(state, report=report)
+        found = replace(state, report=report, notes=self.model.notes)
         if report.stable:
             self.model.factorised_for = found
         return found
@@ -136,17 +147,36 @@ class EquilibriumSolver:
         newton = GuardedNewton(max(self.tolerance, TOLERANCE_ON_THE_WAY), self.max_iterations, rough)
         return newton.minimise(self.model, u, report, level)
 
-    def _minimum(self, u: FloatArray, report: SolverReport, level: int | None, *, rough: bool) -> FloatArray | None:
-        """As `GuardedNewton.minimise`, past saddles; the factors at hand are then those of the tangent there."""
+    def _minimum(
+        self,
+        u: FloatArray,
+        report: SolverReport,
+        level: int | None,
+        *,
+        rough: bool,
+        most_missed: float = math.inf,
+    ) -> FloatArray | None:
+        """As `GuardedNewton.minimise`, past saddles and with all that touches; factors are then of the tangent there.
+
+        None, too, where surfaces come to lie so many metres deeper in each other than was noted.
+        """
         newton = GuardedNewton(self.tolerance, self.max_iterations, rough, self.watch)
-        for _ in range(1 + MOST_SADDLES):
+        saddles, notes = 0, 0
+        while saddles <= MOST_SADDLES:
             found = newton.minimise(self.model, u, report, level)
             if found is None:
                 return None
+            missed = self.model.missed(found)
+            if missed > most_missed:
+                return None
+            if missed > TOLERATED and notes < MOST_NOTES:
+                self.model.note(found)
+                u, level, notes = found, None, notes + 1
+                continue
             lower = way_down(self.model, found, report)
             if lower is None:
                 return found
-            u, level = lower, None
+            u, level, saddles = lower, None, saddles + 1
         return None
 
     def _checked(self, parameters: FloatArray) -> FloatArray:

@@ -29,6 +29,8 @@ from risorius_offline.wall import walls
 STRAIN_OF_REST = 1e-6
 # Of a displacement that is not admissible: what mends its cells may push it into a bone, and the other way round.
 MOST_MENDINGS = 4
+# Of effects, each with its own.
+Notes = tuple[tuple[Effect, object], ...]
 
 
 class FullModel:
@@ -168,6 +170,24 @@ class FullModel:
                 effect.push_out(pushed)
             u = self._untangling.untangled(pushed, kept=(pushed != u).any(axis=1))
         return u if self.admits(u) else None
+
+    @property
+    def notes(self) -> Notes:
+        """What effects took note of."""
+        return tuple((effect, effect.notes) for effect in self.effects if effect.notes is not None)
+
+    def note(self, u: FloatArray, known: Notes = ()) -> None:
+        """Let effects take note of what touches at u, for all later calls, or take up their own notes of before."""
+        for effect in self.effects:
+            own = [notes for noted, notes in known if noted is effect]
+            if own:
+                effect.notes = own[0]
+            else:
+                effect.note(u)
+
+    def missed(self, u: FloatArray) -> float:
+        """Metres by which something at u is deeper in something than what effects took note of has it."""
+        return max((effect.missed(u) for effect in self.effects), default=0.0)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""

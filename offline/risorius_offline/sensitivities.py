@@ -56,6 +56,7 @@ def _factorise(model: FullModel, equilibrium: Equilibrium) -> None:
     model.set_parameters(equilibrium.parameters)
     if model.factorised_for is equilibrium:
         return
+    model.note(equilibrium.u, equilibrium.notes)
     try:
         model.factorise(*model.tangent(equilibrium.u))
     except NotPositiveDefiniteError as error:

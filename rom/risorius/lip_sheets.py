@@ -31,10 +31,15 @@ class LipSheets:
 
     @classmethod
     def of(cls, seam: npt.NDArray[np.int64], rest: npt.NDArray[np.floating], triangles: IntArray) -> LipSheets:
-        """Sheets around a seam (k, 2), pairs of a vertex and the triangle it faces, of a surface at rest, y up."""
+        """Sheets around a seam (k, 2), pairs of a vertex and the triangle it faces, of a surface at rest, y up.
+
+        Without vertices where nothing faces anything from above, or from below.
+        """
         points = rest.astype(np.float64)
         centres = points[triangles].mean(axis=1)
         lower = points[seam[:, 0], 1] < centres[seam[:, 1], 1]
+        if lower.all() or not lower.any():
+            seam, lower = seam[:0], lower[:0]
         label = _nearest_side(points, triangles, seam[~lower, 0], seam[lower, 0])
         of_corners = label[triangles]
         inside = np.flatnonzero((of_corners[:, 0] >= 0) & (of_corners == of_corners[:, :1]).all(axis=1))

@@ -80,6 +80,8 @@ class BoneContact:
     is not usable.
     """
 
+    notes: object = None
+
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
         self._motion = anatomy.jaw_motion
@@ -136,6 +138,13 @@ class BoneContact:
     def admits(self, u: FloatArray) -> bool:
         """Whether no node is more than 2 mm inside a bone."""
         return bool(np.min(self.gaps(u), initial=np.inf) >= -LARGEST_APPROACH)
+
+    def note(self, u: FloatArray) -> None:
+        """Nothing: everything is looked at wherever it is."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
 
     def push_out(self, u: FloatArray) -> None:
         """Move nodes that are more than 1 mm inside a bone to there, along the derivative of the distance."""

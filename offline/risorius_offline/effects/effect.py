@@ -25,7 +25,9 @@ class NodeBlocks:
 
 
 class Unobstructed:
-    """Part of an effect that admits every displacement: nothing is pushed out, and no step is shortened."""
+    """Part of an effect that admits every displacement: nothing is pushed out, noted, and no step is shortened."""
+
+    notes: object = None
 
     def admits(self, u: FloatArray) -> bool:
         """Return True."""
@@ -34,13 +36,25 @@ class Unobstructed:
     def push_out(self, u: FloatArray) -> None:
         """Nothing."""
 
+    def note(self, u: FloatArray) -> None:
+        """Nothing."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
+
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1."""
         return 1.0
 
 
 class Effect(Protocol):
-    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
+    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64.
+
+    notes: of what touches, which the energy rests on; None where it does not.
+    """
+
+    notes: object
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the parameters (p,), muscle activations and then pose weights, for all later calls."""
@@ -64,6 +78,14 @@ class Effect(Protocol):
 
     def push_out(self, u: FloatArray) -> None:
         """Move nodes of u, in place, to where it admits them, as far as it can tell where that is."""
+        ...
+
+    def note(self, u: FloatArray) -> None:
+        """Take note of what touches at u, for all later calls, instead of what was noted before."""
+        ...
+
+    def missed(self, u: FloatArray) -> float:
+        """Metres by which something at u is deeper in something than what was noted has it; 0 where all is noted."""
         ...
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:

@@ -54,6 +54,8 @@ class LipContact:
     blind: numbers, in the surface of the anatomy, of the nodes that see nothing.
     """
 
+    notes: object = None
+
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
         surface = ContactSurface.of(anatomy)
         everyone = np.arange(len(surface.nodes))
@@ -91,6 +93,13 @@ class LipContact:
     def admits(self, u: FloatArray) -> bool:
         """Whether no node meets a triangle on the straight way there from rest."""
         return self.largest_step(np.zeros_like(u), u) == 1.0
+
+    def note(self, u: FloatArray) -> None:
+        """Nothing: everything is looked at wherever it is."""
+
+    def missed(self, u: FloatArray) -> float:
+        """Return 0."""
+        return 0.0
 
     def push_out(self, u: FloatArray) -> None:
         """Nothing: surfaces that went through each other do not tell which way is out."""

@@ -25,6 +25,7 @@ from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, positive
 from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.signed_distance import SignedDistance
+from risorius_offline.effects.skin_points import carriers
 
 GAP_TOLERANCE, PRESSURE = 1e-3, 50e3  # metres; pascals at zero gap
 REACH = 5.5e-3  # from teeth at rest; what of the built-in head's skin gets into them lies nearer
@@ -85,7 +86,7 @@ class SkinContact(Unobstructed):
             matrices.append(stiffness(self._scale[touching], overlap, gradient, hessian))
         if not points:
             return NodeBlocks.none()
-        nodes, shares = self._carriers(np.concatenate(points))
+        nodes, shares = carriers(self.weights[np.concatenate(points)])
         found = np.concatenate(matrices)
         blocks = np.einsum("ka,kij,kb->kaibj", shares, positive_part(found) if project else found, shares)
         size = 3 * nodes.shape[1]
@@ -111,16 +112,6 @@ class SkinContact(Unobstructed):
                 gradient, hessian = tooth.distance.derivatives(pose.at_rest(places[touching]))
                 turned = pose.rotation @ hessian @ pose.rotation.T
                 yield touching, overlap[touching], gradient @ pose.rotation.T, turned
-
-    def _carriers(self, points: IntArray) -> tuple[IntArray, FloatArray]:
-        """Nodes (k, m) that carry points, and their weights (k, m), zero where a point has fewer."""
-        rows = self.weights[points]
-        counts = np.diff(rows.indptr)
-        shape = (len(points), int(counts.max()))
-        used = np.arange(shape[1]) < counts[:, None]
-        nodes, shares = np.broadcast_to(rows.indices[rows.indptr[:-1], None], shape).astype(np.int64), np.zeros(shape)
-        nodes[used], shares[used] = rows.indices, rows.data
-        return nodes, shares
 
     def _energy(self, scale: FloatArray, overlap: FloatArray) -> float:
         return float(scale @ overlap**3) / 3.0
