@@ -3,7 +3,8 @@
 The share of a frame's CPU time that the scene takes of `Scene()`, with effects and outputs on both sides alike or not,
 under three readings of the inputs. `same`: one animation on both sides, random weights of four of the six; `own`:
 random weights of four of the scene's own action units on either side; `all`: every input of either at random. Medians
-of frames in turn: what else the machine does falls on both.
+of frames in turn: what else the machine does falls on both. Last, what an effect costs that is off: a scene without any
+beside a model that has none, and that beside itself. The most accurate map of the model is taken.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import argparse
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +30,7 @@ UNITS = ("AU6", "AU12", "AU15", "AU20", "AU25", "AU26")
 TURN, WARM_UP = 16, 4  # frames of one scene after each other, of which the first only fill caches
 ACTIVE = 4  # units
 STEP = 1.0 / 60.0
+ANY_TIME = risorius.Budget(time=1.0)
 EVERY_OUTPUT = ("vertices", "normals", "strain", "effort")
 
 Draw = Callable[[np.random.Generator, risorius.Engine, risorius.Engine], list[np.ndarray]]
@@ -40,14 +43,22 @@ def main() -> None:
     options = parser.parse_args()
     model = risorius.load(options.model)
     for name, (whole, part) in scenes(model).items():
-        engines = risorius.Engine(model, risorius.Scene(**whole)), risorius.Engine(model, risorius.Scene(**part))
+        engines = built(model, whole), built(model, part)
         told = [f"{reading} {share(*engines, draw, options.frames)}" for reading, draw in READINGS.items()]
-        print(f"{name}: {'; '.join(told)}", flush=True)
+        print(f"{name} ({engines[0].point.setting}): {'; '.join(told)}", flush=True)
+    off = built(model, dict.fromkeys(model.effects, False))
+    without = [built(replace(model, effects={}), {}) for _ in range(2)]
+    print(f"all effects off, of a model without: {share(without[0], off, same, 4 * options.frames)}")
+    print(f"a model without, of itself: {share(*without, same, 4 * options.frames)}")
+
+
+def built(model: risorius.ReducedModel, fields: dict) -> risorius.Engine:
+    return risorius.Engine(model, risorius.Scene(**fields), ANY_TIME)
 
 
 def scenes(model: risorius.ReducedModel) -> dict[str, tuple[dict, dict]]:
     """Fields of the whole scene and of the six, by what is compared."""
-    off = {name: False for name in model.effects}
+    off = dict.fromkeys(model.effects, False)
     still = {name: False for name in off if name != "contact"}
     six = {"inputs": UNITS, "region": "mouth"}
     return {
@@ -67,16 +78,17 @@ def share(whole: risorius.Engine, part: risorius.Engine, draw: Draw, frames: int
     for _ in range(frames // (TURN - WARM_UP)):
         drawn = [draw(rng, whole, part) for _ in range(TURN)]
         for side, (engine, times) in enumerate(zip(engines, seconds, strict=True)):
-            effects = engine.effects
+            step = STEP if "inertia" in engine.effects else None
+            weighed = "gravity" in engine.effects
             for number, weights in enumerate(drawn):
-                step = STEP if "inertia" in effects else None
-                gravity = leaning(number) if "gravity" in effects else None
+                gravity = leaning(number) if weighed else None
                 begin = time.thread_time()
                 engine.evaluate(weights[side], step=step, gravity=gravity)
+                taken = time.thread_time() - begin
                 if number >= WARM_UP:
-                    times.append(time.thread_time() - begin)
+                    times.append(taken)
     most, least = (1e6 * float(np.median(times)) for times in seconds)
-    return f"{least:.0f} of {most:.0f} us, {100.0 * least / most:.0f} %"
+    return f"{least:.1f} of {most:.1f} us, {100.0 * least / most:.1f} %"
 
 
 def leaning(number: int) -> np.ndarray:

@@ -7,6 +7,7 @@ compiler's own vectoriser, keep their sums in memory and take twice as long.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numba
@@ -49,19 +50,25 @@ def least_squared(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyp
 
     Single precision, places contiguous and flat, none of them NaN.
     """
+    return types.float32(xs, ys, zs, types.int64, *[types.float32] * 3), partial(_squared, "fmin")
+
+
+@intrinsic
+def most_squared(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyped-def]
+    """Greatest square of these distances."""
+    return types.float32(xs, ys, zs, types.int64, *[types.float32] * 3), partial(_squared, "fmax")
+
+
+@intrinsic
+def least_product(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyped-def]
+    """Least of a x + b y + c z over these places."""
 
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        squares = []
-        pointers = _pointers(target, builder, signature.args[:3], arguments[:3])
-        for pointer, own in zip(pointers, arguments[4:], strict=True):
-            away = builder.fsub(_vector(builder, pointer, arguments[3]), _broadcast(builder, own))
-            squares.append(builder.fmul(away, away))
-        total = builder.fadd(builder.fadd(squares[0], squares[1]), squares[2])
-        kind = ir.FunctionType(_FLOAT, [_VECTOR])
-        least = cgutils.get_or_insert_function(builder.module, kind, f"llvm.vector.reduce.fmin.v{LANES}f32")
-        return builder.call(least, [total], fastmath=("nnan", "nsz"))
+        places, factors = _places(target, builder, signature, arguments)
+        products = [builder.fmul(*pair) for pair in zip(places, factors, strict=True)]
+        return _reduced(builder, "fmin", products)
 
-    return types.float32(xs, ys, zs, types.int64, types.float32, types.float32, types.float32), generate
+    return types.float32(xs, ys, zs, types.int64, *[types.float32] * 3), generate
 
 
 @intrinsic
@@ -116,6 +123,26 @@ def _carry_block(  # type: ignore[no-untyped-def]
 
 def _pointers(target: Any, builder: Any, kinds: Any, arrays: Any) -> list[Any]:
     return [target.make_array(kind)(target, builder, value).data for kind, value in zip(kinds, arrays, strict=True)]
+
+
+def _squared(kind: str, target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    away = [builder.fsub(*pair) for pair in zip(*_places(target, builder, signature, arguments), strict=True)]
+    return _reduced(builder, kind, [builder.fmul(one, one) for one in away])
+
+
+def _places(target: Any, builder: Any, signature: Any, arguments: Any) -> tuple[list[Any], list[Any]]:
+    """Vectors of three arrays from a start on, and three numbers in all lanes."""
+    pointers = _pointers(target, builder, signature.args[:3], arguments[:3])
+    vectors = [_vector(builder, pointer, arguments[3]) for pointer in pointers]
+    return vectors, [_broadcast(builder, number) for number in arguments[4:]]
+
+
+def _reduced(builder: Any, kind: str, vectors: list[Any]) -> Any:
+    """Least or greatest lane of the sum of three vectors."""
+    total = builder.fadd(builder.fadd(vectors[0], vectors[1]), vectors[2])
+    name = f"llvm.vector.reduce.{kind}.v{LANES}f32"
+    reduced = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_FLOAT, [_VECTOR]), name)
+    return builder.call(reduced, [total], fastmath=("nnan", "nsz"))
 
 
 def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any], list[tuple[Any, Any]]]) -> list[Any]:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
+from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_kernels import TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
@@ -41,12 +42,16 @@ class Contact:
     needs: ClassVar[str] = "snapshots with contact, made with --contact lips"
     energy: ClassVar[float] = 0.0
 
-    def __init__(self, tables: ContactTables, retreat: Retreat, geometry: ContactGeometry, carriers: int) -> None:
+    def __init__(
+        self, tables: ContactTables, retreat: Retreat, geometry: ContactGeometry, carriers: int,
+        groups: LipGroups | None = None,
+    ) -> None:  # fmt: skip
         self.tables, self.retreat, self.geometry = tables, retreat, geometry
         self.fields = np.zeros((0, carriers, 3), np.float32)
         self._turn, self._origin = np.eye(3), np.zeros(3)
         self.gave_way = 0.0
-        self._look = ContactLook(tables, retreat, self._turn, self._origin)
+        self.groups = groups or LipGroups.of(tables, _at_rest(tables, retreat))
+        self._look = ContactLook(tables, self.groups, retreat, self._turn, self._origin)
         self._targets = np.empty_like(retreat.places)
         self._before, self._best = np.empty((2, len(tables.row_starts) - 1, 3), np.float32)
 
@@ -122,7 +127,7 @@ class Contact:
 
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
-        return Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1])
+        return Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1], self.groups)
 
     def within(self, part: Part) -> Contact:
         """Return the effect of what a part holds of the lips."""
@@ -147,3 +152,10 @@ class Contact:
         tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
         geometry, retreat = ContactGeometry.read(group["geometry"]), Retreat.read(group["retreat"])
         return cls(tables, retreat, geometry, int(group.attrs["carriers"]))
+
+
+def _at_rest(tables: ContactTables, retreat: Retreat) -> npt.NDArray[np.float32]:
+    """Vertices (n, 3) at rest, 0 where a mouth does not go back, which is far from all that touches."""
+    rest = np.zeros((len(tables.row_starts) - 1, 3), np.float32)
+    rest[retreat.vertices] = retreat.places
+    return rest

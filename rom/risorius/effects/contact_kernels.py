@@ -13,16 +13,18 @@ from risorius.closest_point import closest_point
 from risorius.effects.contact_patches import (
     below,
     beyond_leaders,
+    leaders_of_others,
     take_off_shifts,
     take_off_shifts_apart,
 )
+from risorius.effects.contact_planes import beyond_planes
 from risorius.vector_sums import LANES, least_squared
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
 FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
-SHRUNK = 2.0e-3  # metres that a gap to what does not count has become smaller by; nor is it then, of folded tissue
+SHRUNK = 1.3e-3  # metres that a gap to what does not count has become smaller by; nor is it then, of folded tissue
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
@@ -298,18 +300,20 @@ def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _found(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch."""
     points = teeth[0]
     vertices, facing = lips[0], lips[1]
     at, which, which_lips, gaps, _ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
     leaders, slack, order, order_starts = patches
-    leaders_lips, slack_lips, order_lips, starts_lips = patches_of_lips
-    at[:] = facing
+    slack_lips, order_lips, starts_lips = patches_of_lips
+    at[:], gaps[:] = facing, 0.0
+    which[: len(leaders)] = leaders
     ways_lips[:, 0] = 0.0
-    which[: len(leaders)], which_lips[: len(leaders_lips)] = leaders, leaders_lips
     _place(x, corners[2], corners[5])
-    _look(x, teeth, lips, corners, len(leaders), len(leaders_lips), state)
+    beyond_planes(x, vertices, groups, gaps_lips)
+    count_lips = leaders_of_others(order_lips, starts_lips, gaps_lips, which_lips)
+    _look(x, teeth, lips, corners, len(leaders), count_lips, state)
     count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
     count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
     _look(x, teeth, lips, corners, count, count_lips, state)
@@ -421,13 +425,13 @@ def _moved_far(moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _shrunk(leaders, gaps, ways, at_rest):  # type: ignore[no-untyped-def]
-    """Whether what does not count has come much nearer to any leader than it is at rest: gaps then (g,)."""
-    for patch in range(len(leaders)):
-        leader = leaders[patch]
-        if ways[leader, 0] == UNCOUNTED and gaps[leader] < at_rest[patch] - SHRUNK:
-            return True
-    return False
+def _shrunk(gaps, ways, at_rest):  # type: ignore[no-untyped-def]
+    """Whether what does not count has come much nearer to any point than it is at rest: gaps then (l,)."""
+    most = 0.0
+    for number in range(len(gaps)):
+        if ways[number, 0] == UNCOUNTED:
+            most = max(most, at_rest[number] - gaps[number])
+    return most > SHRUNK
 
 
 @_compiled
@@ -436,9 +440,9 @@ def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def deepest(x, teeth, lips, patches, patches_of_lips, corners, state):  # type: ignore[no-untyped-def]
+def deepest(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Metres that any point of vertices x (n, 3) is in anything, negative where none is."""
-    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     return _deepest(state[3], state[5])
 
 
@@ -455,15 +459,15 @@ def press(x, teeth, lips, vertices, gaps_lips, ways_lips, rows, columns, state):
 
 @_compiled
 def resolve(  # type: ignore[no-untyped-def]
-    x, teeth, lips, rows, columns, patches, patches_of_lips, corners, at_rest, folded, state
+    x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, at_rest, folded, state
 ):
-    """Move vertices x (n, 3) out of teeth and lips; at_rest (g,): gaps of leaders of the lips; folded: tissue was.
+    """Move vertices x (n, 3) out of teeth and lips; at_rest (l,): gaps of points of the lips; folded: tissue was.
 
     Returns metres that any point is left in anything, at the most, and whether there may be something that is not seen.
     """
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
-    _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     sweeps = 0
     for _round in range(ROUNDS):
         swept = sweeps
@@ -480,12 +484,12 @@ def resolve(  # type: ignore[no-untyped-def]
         if sweeps == swept:
             break
         if _moved_far(moved):
-            _found(x, teeth, lips, patches, patches_of_lips, corners, state)
+            _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
             continue
         count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
         if count + count_lips == 0:
             break
         _place(x, corners[2], corners[5])
         _look(x, teeth, lips, corners, count, count_lips, state)
-    doubt = folded and (_moved_far(moved) or _shrunk(patches_of_lips[0], gaps_lips, ways_lips, at_rest))
+    doubt = folded and (_moved_far(moved) or _shrunk(gaps_lips, ways_lips, at_rest))
     return _deepest(gaps, gaps_lips), doubt

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from risorius.effects.contact_groups import LipGroups, lip_sides
 from risorius.effects.contact_kernels import deepest, find_gaps, press, put_back, resolve, smallest
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
@@ -30,7 +30,9 @@ class ContactLook:
     something in the lips.
     """
 
-    def __init__(self, tables: ContactTables, retreat: Retreat, turn: FloatArray, origin: FloatArray) -> None:
+    def __init__(
+        self, tables: ContactTables, groups: LipGroups, retreat: Retreat, turn: FloatArray, origin: FloatArray
+    ) -> None:
         t = tables
         self._teeth = (
             t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves, *t.least, turn,
@@ -43,13 +45,14 @@ class ContactLook:
         touching = t.onset > -1.0
         kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
         slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
-        side_of = _sides(t)
+        side_of = lip_sides(t)
         sides = side_of[t.vertices]
-        of_lips = Patches.of(rows[t.vertices], sides)
+        of_teeth, of_lips = Patches.of(rows[t.points], kinds), Patches.of(rows[t.vertices], sides)
         self._patches = (
-            _tables(Patches.of(rows[t.points], kinds), slack),
-            _tables(of_lips, np.zeros(len(t.vertices))),
+            (of_teeth.leaders, slack, of_teeth.order, of_teeth.starts),
+            (np.zeros(len(t.vertices)), of_lips.order, of_lips.starts),
         )
+        self._groups = groups.kernel()
         self._corners = _corners(t, sides)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
@@ -60,8 +63,8 @@ class ContactLook:
         )  # fmt: skip
         self._proof = LipProof(tables, side_of, retreat)
         self.doubtful = False
-        self.deepest(self._proof.rest)
-        self._at_rest = self._state[5][of_lips.leaders]
+        self._at_rest = self.gaps(self._proof.rest)[1]
+        self._state[3][:], self._state[5][:] = 0.0, 0.0
 
     def resolve(self, vertices: npt.NDArray[np.float32], folded: bool) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
@@ -70,8 +73,8 @@ class ContactLook:
         negative where none is.
         """
         depth, self.doubtful = resolve(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._corners, self._at_rest,
-            folded, self._state,
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
+            self._at_rest, folded, self._state,
         )  # fmt: skip
         return float(depth)
 
@@ -98,24 +101,9 @@ class ContactLook:
 
     def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything, negative where none is."""
-        return float(deepest(vertices, self._teeth, self._lips, *self._patches, self._corners, self._state))
-
-
-def _sides(tables: ContactTables) -> Numbers:
-    """(n,) for each vertex number one of a lip, its side 0 or 1, -1 where none is known: what faces is opposite."""
-    count, corners = len(tables.row_starts) - 1, tables.triangles
-    if not len(tables.vertices):
-        return np.full(count, -1, np.int32)
-    faced = corners[tables.facing, 0]
-    same = np.concatenate([corners[:, [0, 1]], corners[:, [0, 2]]])
-    pairs = np.concatenate(
-        [same, same + count, np.column_stack([tables.vertices, faced + count]),
-         np.column_stack([tables.vertices + count, faced])]
-    )  # fmt: skip
-    linked = sp.coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(2 * count, 2 * count))
-    label = connected_components(linked, directed=False)[1]
-    first = label[tables.vertices[0]]
-    return np.where(label[:count] == first, 0, np.where(label[count:] == first, 1, -1)).astype(np.int32)
+        return float(
+            deepest(vertices, self._teeth, self._lips, *self._patches, self._groups, self._corners, self._state)
+        )
 
 
 def _corners(tables: ContactTables, sides: npt.NDArray[np.integer]) -> tuple[npt.NDArray[Any], ...]:
@@ -146,7 +134,3 @@ def _corners(tables: ContactTables, sides: npt.NDArray[np.integer]) -> tuple[npt
         near_starts, near, members, fans.indptr.astype(np.int32), fans.indices.astype(np.int32),
         np.zeros((3, len(members)), np.float32),
     )  # fmt: skip
-
-
-def _tables(patches: Patches, slack: FloatArray) -> tuple[npt.NDArray[Any], ...]:
-    return patches.leaders, slack, patches.order, patches.starts

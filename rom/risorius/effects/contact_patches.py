@@ -42,8 +42,21 @@ class Patches:
 
 
 @_compiled
+def leaders_of_others(order, starts, gaps, which):  # type: ignore[no-untyped-def]
+    """Write numbers of the leaders of points whose gaps (k,) are not known to be more than 0; return how many."""
+    found = 0
+    for patch in range(len(starts) - 1):
+        for e in range(starts[patch], starts[patch + 1]):
+            if not gaps[order[e]] > 0.0:
+                which[found] = order[starts[patch]]
+                found += 1
+                break
+    return found
+
+
+@_compiled
 def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type: ignore[no-untyped-def]
-    """Set gaps (k,) of points to what those of their leaders leave; write numbers of those that may touch.
+    """Set gaps (k,) that are not known to be more than 0 to what those of leaders leave; write numbers of the others.
 
     slack (k,): metres that gaps of a leader's neighbours may be smaller by. apart: gap of a leader that tells nothing.
     Returns how many may touch.
@@ -55,6 +68,8 @@ def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type
         known = gap - slack[leader] if gap < apart else -1.0
         for e in range(starts[patch] + 1, starts[patch + 1]):
             number = order[e]
+            if gaps[number] > 0.0:
+                continue
             left = -1.0
             if known > 0.0:
                 q = points[number]

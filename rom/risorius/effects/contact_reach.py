@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.effects.contact import Contact
+from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.effect import UPRIGHT, Surroundings
 from risorius.evaluators.setting import Setting
@@ -33,8 +34,8 @@ HEAVIEST = 1.01 * -UPRIGHT[1]  # m/s2: of frames that are sampled
 class ReachableContact(Contact):
     """Contact that looks at the points of `tables` where nothing but inputs, weight and inertia acts, else at all."""
 
-    def __init__(self, tables: ContactTables, everything: Contact) -> None:
-        super().__init__(tables, everything.retreat, everything.geometry, everything.fields.shape[1])
+    def __init__(self, tables: ContactTables, everything: Contact, groups: LipGroups | None = None) -> None:
+        super().__init__(tables, everything.retreat, everything.geometry, everything.fields.shape[1], groups)
         self._everything, self._sampled = everything, True
 
     @classmethod
@@ -60,7 +61,7 @@ class ReachableContact(Contact):
 
     def at(self, setting: Setting) -> ReachableContact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
-        return ReachableContact(self.tables, self._everything.at(setting))
+        return ReachableContact(self.tables, self._everything.at(setting), self.groups)
 
     def within(self, part: Part) -> ReachableContact:
         """Return the effect of what a part holds of the lips."""
