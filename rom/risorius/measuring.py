@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -38,9 +39,12 @@ def settings(model: ReducedModel) -> list[Setting]:
 
 
 def measured(model: ReducedModel, held: HeldOut, wanted: Sequence[Setting]) -> tuple[OperatingPoint, ...]:
-    """Operating points of a model with all its effects, on held-out snapshots and on this machine."""
+    """Operating points of a model with all its effects, on held-out snapshots and on this machine.
+
+    Times are of the processor: what else the machine does while a model is trained must not tell what it takes later.
+    """
     ways = pipelines(model, wanted, tuple(model.effects.values()))
-    seconds = frame_seconds(ways, model, FRAMES)
+    seconds = frame_seconds(ways, model, FRAMES, clock=time.thread_time)
     return tuple(
         _point(model, held, setting, way, Seconds(float(np.median(row)), float(np.quantile(row, 0.99))))
         for setting, way, row in zip(wanted, ways, seconds, strict=True)

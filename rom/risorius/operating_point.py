@@ -15,7 +15,7 @@ from risorius.evaluators.setting import Setting
 
 @dataclass(frozen=True)
 class Seconds:
-    """Wall time of a frame, reconstruction included, with every input in use, which is the most it can cost."""
+    """Processor time of a frame, reconstruction included, with every input in use, which is the most it can cost."""
 
     median: float
     p99: float

@@ -1,10 +1,13 @@
 """Training on a made-up face whose answer is known: two overlapping muscles that interact, and a jaw."""
 
+import time
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 import risorius
+from risorius import measuring
 from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.companion import Companion
@@ -12,7 +15,7 @@ from risorius.errors import InputError
 from risorius.evaluators import Setting
 from risorius.evaluators.polynomial import _ridge_solution
 from risorius.jaw import JawMotion
-from risorius.pipeline import pipelines
+from risorius.pipeline import Pipeline, pipelines
 from risorius.poses import Poses
 from risorius.snapshot_file import SnapshotSet
 from risorius.surface import CarriedSurface
@@ -125,6 +128,18 @@ def test_error_bounds_cover_the_share_of_held_out_snapshots_they_claim(trained):
             way.write(vertices)
             covered += np.linalg.norm(vertices - model.rest_vertices - truth, axis=1).max() <= bound
         assert covered >= 0.95 * len(held.parameters)
+
+
+def test_times_of_operating_points_leave_out_what_else_the_machine_does(trained, monkeypatch):
+    snapshots, _, model = trained
+
+    def slept(way, vertices):
+        time.sleep(2e-3)
+
+    monkeypatch.setattr(Pipeline, "write", slept)
+    monkeypatch.setattr(measuring, "FRAMES", 16)
+    points = measuring.measured(model, HeldOut.of(snapshots), measuring.settings(model)[:1])
+    assert 0.0 < points[0].seconds.median < 1e-3
 
 
 def test_held_out_snapshots_are_never_read_for_training(trained):
