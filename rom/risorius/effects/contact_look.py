@@ -26,7 +26,8 @@ Numbers = npt.NDArray[np.int32]
 class ContactLook:
     """Looks at all points of the tables. Not thread-safe: it owns what it works with.
 
-    turn (3, 3), origin (3,): of the jaw, as it is when it looks.
+    turn (3, 3), origin (3,): of the jaw, as it is when it looks. doubtful: whether the last `resolve` may have missed
+    something in the lips.
     """
 
     def __init__(
@@ -61,15 +62,19 @@ class ContactLook:
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
         self._proof = LipProof(tables, side_of, retreat)
+        self.doubtful = False
+        self._at_rest = self.gaps(self._proof.rest)[1]
+        self._state[3][:], self._state[5][:] = 0.0, 0.0
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
+    def resolve(self, vertices: npt.NDArray[np.float32], folded: bool) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        Returns metres that any point is left in anything at the most, negative where none is.
+        folded: whether tissue was, before it was mended. Returns metres that any point is left in anything at the most,
+        negative where none is.
         """
-        depth = resolve(
+        depth, self.doubtful = resolve(
             vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            self._state,
+            self._at_rest, folded, self._state,
         )  # fmt: skip
         return float(depth)
 

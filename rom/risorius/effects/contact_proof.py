@@ -18,6 +18,7 @@ from risorius.winding_number import winding_number
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 GROUP = 16  # triangles that are looked at together
+ALIKE = 1e-3  # metres between points that are in tissue or out of it together
 
 
 @_compiled
@@ -206,21 +207,25 @@ def _deepest_of(patch, order, starts, gaps):  # type: ignore[no-untyped-def]
 def _believe(x, rest, points, triangles, sign, skin, place, gaps):  # type: ignore[no-untyped-def]
     """Turn gaps (l,) of what is deeper than TOLERATED, but around which no skin has closed, into positive ones.
 
-    That is asked of the deepest point of a patch, for all of it.
+    That is asked of the deepest point of a patch, for all that lies within ALIKE of it, and of what is deepest then.
     """
     vertices, _sides, order, starts, fan_starts, fans, at_rest = points
     for patch in range(len(starts) - 1):
         deepest = _deepest_of(patch, order, starts, gaps)
-        if deepest < 0:
-            continue
-        if math.isnan(at_rest[deepest]):
-            _beside(rest, vertices[deepest], fan_starts, fans, triangles, sign, place)
-            at_rest[deepest] = sign * winding_number(place, rest, skin)
-        _beside(x, vertices[deepest], fan_starts, fans, triangles, sign, place)
-        if sign * winding_number(place, x, skin) - at_rest[deepest] > WOUND:
-            continue
-        for e in range(starts[patch], starts[patch + 1]):
-            gaps[order[e]] = abs(gaps[order[e]])
+        while deepest >= 0:
+            o = vertices[deepest]
+            if math.isnan(at_rest[deepest]):
+                _beside(rest, o, fan_starts, fans, triangles, sign, place)
+                at_rest[deepest] = sign * winding_number(place, rest, skin)
+            _beside(x, o, fan_starts, fans, triangles, sign, place)
+            if sign * winding_number(place, x, skin) - at_rest[deepest] > WOUND:
+                break
+            for e in range(starts[patch], starts[patch + 1]):
+                p = vertices[order[e]]
+                u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
+                if u * u + v * v + w * w <= ALIKE * ALIKE:
+                    gaps[order[e]] = abs(gaps[order[e]])
+            deepest = _deepest_of(patch, order, starts, gaps)
 
 
 @_compiled
