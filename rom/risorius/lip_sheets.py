@@ -56,6 +56,14 @@ class LipSheets:
         return cls(vertices[paired], sheet[paired], kept, sheet_of, _across(kept), facing[paired])
 
 
+def on_border(triangles: IntArray, across: IntArray, count: int) -> npt.NDArray[np.bool_]:
+    """(count,) vertices on the border of triangles (t, 3), across (t, 3) as in `LipSheets`."""
+    flags = np.zeros(count, dtype=bool)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
+    flags[ends[across < 0]] = True
+    return flags
+
+
 def _nearest_side(points: FloatArray, triangles: IntArray, upper: IntArray, lower: IntArray) -> IntArray:
     """(n,) 0 or 1 by whichever set of vertices is nearer along the surface, -1 where neither is within WIDTH."""
     graph = edge_lengths(points, triangles)

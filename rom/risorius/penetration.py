@@ -14,7 +14,7 @@ from risorius.closest_point import closest_point
 from risorius.companion import JAW, Companion
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets
+from risorius.lip_sheets import LipSheets, on_border
 from risorius.normals import vertex_normals
 from risorius.poses import Poses
 from risorius.winding_number import winding_number
@@ -48,7 +48,7 @@ class PenetrationMeasure:
             name: np.minimum(obstacle.distance(rest), 0.0) for name, obstacle in geometry.obstacles.items()
         }
         self._sheets = LipSheets.of(geometry.seam, rest, triangles)
-        self._in_border = _border(self._sheets, len(rest))
+        self._in_border = on_border(self._sheets.triangles, self._sheets.across, len(rest))
         self._rest, self._triangles = np.asarray(rest, dtype=np.float64), triangles
 
     @property
@@ -112,14 +112,6 @@ def _seen_from(
     frame = Companion(np.vstack([np.zeros(3), np.eye(3)]), np.zeros((0, 3), np.int64), np.zeros((4, 3), np.uint8), JAW)
     origin, *axes = frame.posed(poses, coordinates)
     return (points - origin) @ (np.array(axes) - origin).T
-
-
-def _border(sheets: LipSheets, count: int) -> npt.NDArray[np.bool_]:
-    """(count,) vertices on the border of a sheet."""
-    flags = np.zeros(count, dtype=bool)
-    ends = np.stack([sheets.triangles, np.roll(sheets.triangles, -1, axis=1)], axis=2)
-    flags[ends[sheets.across < 0]] = True
-    return flags
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -79,21 +79,26 @@ def test_energy_of_closed_faces_is_the_pressure_integrated_over_the_gap():
     assert LipSeam(anatomy).energy(u) == pytest.approx(area * PRESSURE * GAP_TOLERANCE / 3.0, rel=1e-9)
 
 
-def test_forces_and_second_derivatives_are_those_of_the_energy():
-    anatomy = blocks(0.4e-3)
-    seam, rng = LipSeam(anatomy), np.random.default_rng(0)
-    u, way = 2e-4 * rng.normal(size=anatomy.points.shape), rng.normal(size=anatomy.points.shape)
+def check_derivatives(effect, u, way):
+    """Forces and second derivatives along a way are central differences of energy and forces."""
     forces, h = np.zeros_like(u), 1e-8
-    seam.add_forces(u, forces)
-    slope = (seam.energy(u + h * way) - seam.energy(u - h * way)) / (2.0 * h)
+    assert effect.add_forces(u, forces) == effect.energy(u) > 0.0
+    slope = (effect.energy(u + h * way) - effect.energy(u - h * way)) / (2.0 * h)
     assert float((forces * way).sum()) == pytest.approx(slope, rel=1e-6)
     ahead, behind = np.zeros_like(u), np.zeros_like(u)
-    seam.add_forces(u + h * way, ahead)
-    seam.add_forces(u - h * way, behind)
-    found = seam.second_derivatives(u, project=False)
+    effect.add_forces(u + h * way, ahead)
+    effect.add_forces(u - h * way, behind)
+    found = effect.second_derivatives(u, project=False)
     along = way[found.nodes].reshape(len(found.nodes), -1)
     curvature = float(np.einsum("ki,kij,kj->", along, found.matrices, along))
     assert curvature == pytest.approx(float(((ahead - behind) * way).sum()) / (2.0 * h), rel=1e-5)
+
+
+def test_forces_and_second_derivatives_are_those_of_the_energy():
+    anatomy = blocks(0.4e-3)
+    rng = np.random.default_rng(0)
+    u, way = 2e-4 * rng.normal(size=anatomy.points.shape), rng.normal(size=anatomy.points.shape)
+    check_derivatives(LipSeam(anatomy), u, way)
 
 
 def turn(degrees):

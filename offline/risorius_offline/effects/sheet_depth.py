@@ -12,7 +12,7 @@ import numpy as np
 
 from risorius.closest_point import closest_point
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets
+from risorius.lip_sheets import LipSheets, on_border
 from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.point_triangle import compiled
 
@@ -30,8 +30,7 @@ class SheetDepth:
 
     def __init__(self, rest: FloatArray, sheets: LipSheets) -> None:
         triangles = sheets.triangles.astype(np.int64)
-        border = np.zeros(len(rest), dtype=bool)
-        border[np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)[sheets.across < 0]] = True
+        border = on_border(sheets.triangles, sheets.across, len(rest))
         fans = np.argsort(triangles.ravel(), kind="stable") // 3
         fan_starts = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(rest)))])
         self._rest, self._facing, self._triangles = rest, sheets.facing.astype(np.int64), triangles

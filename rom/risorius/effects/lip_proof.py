@@ -11,6 +11,7 @@ from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_proof import GROUP, prove, turn_planes
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.retreat import Retreat
+from risorius.lip_sheets import on_border
 
 Numbers = npt.NDArray[np.int32]
 
@@ -36,8 +37,7 @@ class LipProof:
             self.vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
             fans.indices.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
-        border = np.zeros(len(side_of), bool)
-        border[np.stack([t.triangles, np.roll(t.triangles, -1, axis=1)], axis=2)[t.across < 0]] = True
+        border = on_border(t.triangles, t.across, len(side_of))
         self._surface = t.triangles, t.across, t.planes, sign, border, retreat.skin
         members, group_sides = _groups(centres, side_of_triangle)
         faced = np.zeros((4, *members.shape), np.float32)
