@@ -27,7 +27,7 @@ SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
 # Metres by which surfaces may be deeper in each other at an equilibrium than what was noted. It is noted anew, so many
-# times, and Newton's method goes on; what is tangled beside a guess is given up for a start that is not.
+# times, and Newton's method goes on; a guess that is tangled, or comes to be, is given up for a start that is not.
 TOLERATED, TANGLED, MOST_NOTES = 0.1e-3, 1e-3, 6
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
@@ -127,13 +127,15 @@ class EquilibriumSolver:
         return self._told(Equilibrium(target, found), report)
 
     def _towards(self, guess: FloatArray, target: FloatArray) -> FloatArray | None:
-        """The guess (n, 3), bones where the target has them, mended if need be; None where it cannot be."""
+        """The guess (n, 3), bones where the target has them, mended if need be; None where it cannot be.
+
+        What is behind other surfaces there is not noted: a guess errs in hundreds of places, an equilibrium in few.
+        """
         self.model.set_parameters(target)
         bones = self.model.prescribed_motion(target)
         start = self.model.admissible(np.where(self.model.anatomy.prescribed[:, None], bones, guess))
-        if start is not None:
-            self.model.note(start)
-        return start
+        self.model.note(np.zeros_like(guess))
+        return None if start is None or self.model.missed(start) > TANGLED else start
 
     def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
         """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
