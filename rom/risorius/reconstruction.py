@@ -17,7 +17,8 @@ from risorius.carried_basis import CarriedBasis
 from risorius.jaw import FloatArray
 from risorius.packed_fields import PackedFields
 from risorius.sizes import largest_size
-from risorius.vector_sums import LANES, carry
+from risorius.vector_lanes import LANES
+from risorius.vector_sums import carry
 
 Vertices = npt.NDArray[np.float32]
 UNIT_ROUNDOFF = 2.0**-24

@@ -15,10 +15,20 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-LANES = 16
+from risorius.vector_lanes import (
+    FLOAT,
+    INT,
+    LANES,
+    VECTOR,
+    broadcast,
+    data_pointers,
+    load_element,
+    load_integers,
+    load_vector,
+    shuffle,
+)
+
 WIDTH = 4 * LANES  # components that `combine` sums at a time
-_FLOAT, _INT, _SHORT = ir.FloatType(), ir.IntType(32), ir.IntType(16)
-_VECTOR = ir.VectorType(_FLOAT, LANES)
 
 
 @numba.njit(cache=True)
@@ -73,11 +83,11 @@ def least_product(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyp
 
 @intrinsic
 def _combine_block(context, fields, coordinates, out, block, count, size):  # type: ignore[no-untyped-def]
-    vector = _vector if fields.dtype == types.float32 else _integers
+    vector = load_vector if fields.dtype == types.float32 else load_integers
     parts, sets = range(0, WIDTH, LANES), range(coordinates.ndim)
 
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        fields, coordinates, out = _pointers(target, builder, signature.args[:3], arguments[:3])
+        fields, coordinates, out = data_pointers(target, builder, signature.args[:3], arguments[:3])
         block, count, size = arguments[3:]
         first = builder.mul(builder.mul(block, count), block.type(WIDTH))
 
@@ -85,7 +95,7 @@ def _combine_block(context, fields, coordinates, out, block, count, size):  # ty
             start = builder.add(first, builder.mul(number, number.type(WIDTH)))
             vectors = [vector(builder, fields, builder.add(start, start.type(part))) for part in parts]
             places = [builder.add(number, builder.mul(count, count.type(one))) for one in sets]
-            values = [_broadcast(builder, _element(builder, coordinates, place)) for place in places]
+            values = [broadcast(builder, load_element(builder, coordinates, place)) for place in places]
             return [(value, vector) for value in values for vector in vectors]
 
         sums = _sums(builder, count.type(0), count, len(sets) * len(parts), terms)
@@ -93,7 +103,7 @@ def _combine_block(context, fields, coordinates, out, block, count, size):  # ty
             one, part = divmod(number, len(parts))
             place = builder.add(builder.mul(size, size.type(one)), builder.mul(block, block.type(WIDTH)))
             pointer = builder.gep(out, [builder.add(place, place.type(parts[part]))])
-            builder.store(total, builder.bitcast(pointer, _VECTOR.as_pointer()), align=4)
+            builder.store(total, builder.bitcast(pointer, VECTOR.as_pointer()), align=4)
         return target.get_dummy_value()
 
     return types.void(fields, coordinates, out, types.int64, types.int64, types.int64), generate
@@ -104,25 +114,23 @@ def _carry_block(  # type: ignore[no-untyped-def]
     context, starts, carriers, weights, order, rest, displacements, out, block
 ):
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        starts, carriers, weights, order, rest, displacements, out = _pointers(
+        starts, carriers, weights, order, rest, displacements, out = data_pointers(
             target, builder, signature.args[:7], arguments[:7]
         )
         block = arguments[7]
-        first, last = (_element(builder, starts, block, offset) for offset in (0, 1))
+        first, last = (load_element(builder, starts, block, offset) for offset in (0, 1))
 
         def terms(entry: Any) -> list[tuple[Any, Any]]:
-            carrier = builder.mul(builder.zext(_element(builder, carriers, entry), entry.type), entry.type(3))
-            weight = _vector(builder, weights, builder.mul(entry, entry.type(LANES)))
-            return [(weight, _broadcast(builder, _element(builder, displacements, carrier, axis))) for axis in range(3)]
+            carrier = builder.mul(builder.zext(load_element(builder, carriers, entry), entry.type), entry.type(3))
+            weight = load_vector(builder, weights, builder.mul(entry, entry.type(LANES)))
+            return [
+                (weight, broadcast(builder, load_element(builder, displacements, carrier, axis))) for axis in range(3)
+            ]
 
         _scatter(builder, _sums(builder, first, last, 3, terms), block, order, rest, out)
         return target.get_dummy_value()
 
     return types.void(starts, carriers, weights, order, rest, displacements, out, types.int64), generate
-
-
-def _pointers(target: Any, builder: Any, kinds: Any, arrays: Any) -> list[Any]:
-    return [target.make_array(kind)(target, builder, value).data for kind, value in zip(kinds, arrays, strict=True)]
 
 
 def _squared(kind: str, target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -132,36 +140,36 @@ def _squared(kind: str, target: Any, builder: Any, signature: Any, arguments: An
 
 def _places(target: Any, builder: Any, signature: Any, arguments: Any) -> tuple[list[Any], list[Any]]:
     """Vectors of three arrays from a start on, and three numbers in all lanes."""
-    pointers = _pointers(target, builder, signature.args[:3], arguments[:3])
-    vectors = [_vector(builder, pointer, arguments[3]) for pointer in pointers]
-    return vectors, [_broadcast(builder, number) for number in arguments[4:]]
+    pointers = data_pointers(target, builder, signature.args[:3], arguments[:3])
+    vectors = [load_vector(builder, pointer, arguments[3]) for pointer in pointers]
+    return vectors, [broadcast(builder, number) for number in arguments[4:]]
 
 
 def _reduced(builder: Any, kind: str, vectors: list[Any]) -> Any:
     """Least or greatest lane of the sum of three vectors."""
     total = builder.fadd(builder.fadd(vectors[0], vectors[1]), vectors[2])
     name = f"llvm.vector.reduce.{kind}.v{LANES}f32"
-    reduced = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_FLOAT, [_VECTOR]), name)
+    reduced = cgutils.get_or_insert_function(builder.module, ir.FunctionType(FLOAT, [VECTOR]), name)
     return builder.call(reduced, [total], fastmath=("nnan", "nsz"))
 
 
 def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any], list[tuple[Any, Any]]]) -> list[Any]:
     """`count` vectors: sums over the numbers first:last of the products of the pairs that `terms` gives."""
     fused = cgutils.get_or_insert_function(
-        builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fma.v{LANES}f32"
+        builder.module, ir.FunctionType(VECTOR, [VECTOR] * 3), f"llvm.fma.v{LANES}f32"
     )
     before = builder.block
     head, body, after = (builder.append_basic_block() for _ in range(3))
     builder.branch(head)
     builder.position_at_end(head)
     number = builder.phi(first.type)
-    sums = [builder.phi(_VECTOR) for _ in range(count)]
+    sums = [builder.phi(VECTOR) for _ in range(count)]
     builder.cbranch(builder.icmp_signed("<", number, last), body, after)
     builder.position_at_end(body)
     number.add_incoming(first, before)
     number.add_incoming(builder.add(number, number.type(1)), body)
     for total, (left, right) in zip(sums, terms(number), strict=True):
-        total.add_incoming(ir.Constant(_VECTOR, [0.0] * LANES), before)
+        total.add_incoming(ir.Constant(VECTOR, [0.0] * LANES), before)
         total.add_incoming(builder.call(fused, [left, right, total]), body)
     builder.branch(head)
     builder.position_at_end(after)
@@ -170,42 +178,19 @@ def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any]
 
 def _scatter(builder: Any, sums: list[Any], block: Any, order: Any, rest: Any, out: Any) -> None:
     """Add the rest shape to the sums of a block and store every vertex in its place."""
-    in_pairs = _shuffled(builder, sums[0], sums[1], range(2 * LANES))
-    third = _shuffled(builder, sums[2], sums[2], range(2 * LANES))
+    in_pairs = shuffle(builder, sums[0], sums[1], range(2 * LANES))
+    third = shuffle(builder, sums[2], sums[2], range(2 * LANES))
     floats = []
     for part in range(3):
         places = [divmod(LANES * part + lane, 3) for lane in range(LANES)]
-        interleaved = _shuffled(builder, in_pairs, third, [LANES * axis + vertex for vertex, axis in places])
+        interleaved = shuffle(builder, in_pairs, third, [LANES * axis + vertex for vertex, axis in places])
         start = builder.mul(block, block.type(3 * LANES))
-        at_rest = _vector(builder, rest, builder.add(start, block.type(LANES * part)))
+        at_rest = load_vector(builder, rest, builder.add(start, block.type(LANES * part)))
         total = builder.fadd(interleaved, at_rest)
-        floats += [builder.extract_element(total, _INT(lane)) for lane in range(LANES)]
+        floats += [builder.extract_element(total, INT(lane)) for lane in range(LANES)]
     lanes = builder.mul(block, block.type(LANES))
     for lane in range(LANES):
-        vertex = builder.mul(builder.zext(_element(builder, order, lanes, lane), block.type), block.type(3))
+        vertex = builder.mul(builder.zext(load_element(builder, order, lanes, lane), block.type), block.type(3))
         for axis in range(3):
             place = builder.gep(out, [builder.add(vertex, block.type(axis))])
             builder.store(floats[3 * lane + axis], place)
-
-
-def _element(builder: Any, array: Any, number: Any, offset: int = 0) -> Any:
-    return builder.load(builder.gep(array, [builder.add(number, number.type(offset))]))
-
-
-def _vector(builder: Any, array: Any, number: Any) -> Any:
-    return builder.load(builder.bitcast(builder.gep(array, [number]), _VECTOR.as_pointer()), align=4)
-
-
-def _integers(builder: Any, array: Any, number: Any) -> Any:
-    pointer = builder.bitcast(builder.gep(array, [number]), ir.VectorType(_SHORT, LANES).as_pointer())
-    return builder.sitofp(builder.load(pointer, align=2), _VECTOR)
-
-
-def _broadcast(builder: Any, value: Any) -> Any:
-    single = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _INT(0))
-    return _shuffled(builder, single, single, [0] * LANES)
-
-
-def _shuffled(builder: Any, first: Any, second: Any, places: Any) -> Any:
-    mask = ir.Constant(ir.VectorType(_INT, len(places)), list(places))
-    return builder.shuffle_vector(first, second, mask)

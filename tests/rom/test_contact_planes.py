@@ -21,7 +21,7 @@ def sheets():
 def told(contact, vertices):
     """Bounds of the gaps (l,) of all points."""
     gaps = np.empty(len(contact.tables.vertices))
-    beyond_planes(vertices, contact.tables.vertices, contact.groups.kernel(), gaps)
+    beyond_planes(vertices, contact.tables.vertices, contact.groups.kernel(contact.tables.vertices), gaps)
     return gaps
 
 

@@ -7,7 +7,8 @@ from risorius.carried_basis import CarriedBasis
 from risorius.errors import InputError
 from risorius.packed_fields import whole_blocks
 from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, reconstruction
-from risorius.vector_sums import LANES, least_squared
+from risorius.vector_lanes import LANES
+from risorius.vector_sums import least_squared
 from risorius.whole_steps import rounded_fields
 
 RANK, CARRIERS = 30, 40

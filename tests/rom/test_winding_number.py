@@ -28,6 +28,15 @@ def test_closed_surface(point, wanted):
     assert winding_number(np.array(point), points, triangles[:, ::-1]) == pytest.approx(-wanted, abs=1e-12)
 
 
+def test_surface_that_is_there_several_times_counts_as_often():
+    points, triangles = ball()
+    assert winding_number(np.array([0.3, -0.2, 0.4]), points, np.tile(triangles, (5, 1))) == pytest.approx(
+        5.0, abs=1e-12
+    )
+    several = np.concatenate([triangles[:, ::-1]] * 3)
+    assert winding_number(np.array([0.3, -0.2, 0.4]), points, several) == pytest.approx(-3.0, abs=1e-12)
+
+
 def test_open_surface_counts_by_the_directions_that_it_covers():
     points, triangles = ball()
     part = triangles[points[triangles].mean(axis=1)[:, 2] > 0.3]

@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from risorius.effects.contact_tables import ContactTables
-from risorius.vector_sums import LANES
+from risorius.vector_lanes import LANES
 
 Numbers = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float32]
@@ -41,7 +41,7 @@ class LipGroups:
     members (N,): vertices of the groups, the middle one first, LANES or a multiple of it to a group, some repeated;
     starts (g + 1,); split: number of groups of the first side. middles (3, g), radii (g,) at rest. planes (k, 3):
     normals from groups of the second side towards those of the first; plane_of (split, g - split), -1 without one.
-    point_starts (g + 1,), points: of the tables, by number, group after group; others: those of which nothing is told.
+    group_of (n,): of every vertex, -1 of those of which nothing is told.
     """
 
     members: Numbers
@@ -51,9 +51,7 @@ class LipGroups:
     radii: Floats
     planes: Floats
     plane_of: Numbers
-    point_starts: Numbers
-    points: Numbers
-    others: Numbers
+    group_of: Numbers
 
     @classmethod
     def of(cls, tables: ContactTables, rest: Floats) -> LipGroups:
@@ -63,12 +61,10 @@ class LipGroups:
         corners = [np.unique(tables.triangles[group == number]) for number in range(count)]
         members = [_padded(rest, vertices) for vertices in corners]
         starts = np.cumsum([0, *map(len, members)])
-        home = np.full(len(rest), -1)
+        group_of = np.full(len(rest), -1, np.int32)
         for number, vertices in enumerate(corners):
-            home[vertices] = number
-        home[_near_rim(tables, sides, rest)] = -1
-        of_points = home[tables.vertices]
-        order = np.argsort(of_points, kind="stable")
+            group_of[vertices] = number
+        group_of[_near_rim(tables, sides, rest)] = -1
         flat = np.concatenate([np.zeros(0, np.int32), *members])
         radii = [float(np.linalg.norm(rest[one] - rest[one[0]], axis=1).max()) for one in members]
         near = _near(rest, corners, first)
@@ -84,17 +80,18 @@ class LipGroups:
             radii=np.array(radii, np.float32),
             planes=planes,
             plane_of=plane_of,
-            point_starts=np.searchsorted(of_points[order], np.arange(count + 1)).astype(np.int32),
-            points=order.astype(np.int32),
-            others=np.flatnonzero(of_points < 0).astype(np.int32),
+            group_of=group_of,
         )
 
-    def kernel(self) -> tuple[Any, ...]:
-        """What `beyond_planes` reads, and what it works with."""
-        count = len(self.radii)
+    def kernel(self, vertices: Numbers) -> tuple[Any, ...]:
+        """What `beyond_planes` reads, and what it works with, for vertices (l,) of the lips."""
+        count, of_points = len(self.radii), self.group_of[vertices]
+        order = np.argsort(of_points, kind="stable").astype(np.int32)
+        starts = np.searchsorted(of_points[order], np.arange(count + 1)).astype(np.int32)
+        others = np.flatnonzero(of_points < 0).astype(np.int32)
         return (
-            self.members, self.starts, self.split, self.middles, self.radii, self.planes, self.plane_of,
-            self.point_starts, self.points, self.others, np.zeros((3, len(self.members)), np.float32),
+            self.members, self.starts, self.split, self.middles, self.radii, self.planes, self.plane_of, starts, order,
+            others, np.zeros((3, len(self.members)), np.float32),
             np.zeros((3, count), np.float32), np.zeros(count, np.float32), np.zeros(count, np.float32),
             np.zeros((self.split, count - self.split), np.float32),
         )  # fmt: skip
@@ -102,10 +99,11 @@ class LipGroups:
 
 def _near_rim(tables: ContactTables, sides: Numbers, rest: Floats) -> Numbers:
     """Vertices of the lips that are next to where the other lip ends."""
+    lips = np.unique(tables.triangles)
     ends = np.concatenate([tables.triangles[tables.across[:, k] < 0][:, [k, (k + 1) % 3]] for k in range(3)])
     found = [np.zeros(0, np.int32)]
     for side in (0, 1):
-        rim, mine = np.unique(ends[sides[ends] == 1 - side]), tables.vertices[sides[tables.vertices] == side]
+        rim, mine = np.unique(ends[sides[ends] == 1 - side]), lips[sides[lips] == side]
         if len(rim):
             found.append(mine[cKDTree(rest[rim]).query(rest[mine])[0] < RIM])
     return np.concatenate(found)

@@ -18,7 +18,8 @@ from risorius.effects.contact_patches import (
     take_off_shifts_apart,
 )
 from risorius.effects.contact_planes import beyond_planes
-from risorius.vector_sums import LANES, least_squared
+from risorius.vector_lanes import LANES
+from risorius.vector_sums import least_squared
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 

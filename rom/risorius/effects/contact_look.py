@@ -17,7 +17,7 @@ from risorius.effects.lip_proof import LipProof
 from risorius.effects.retreat import Retreat
 from risorius.jaw import FloatArray
 from risorius.reconstruction import neighbours_together
-from risorius.vector_sums import LANES
+from risorius.vector_lanes import LANES
 
 AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and those that may be its nearest
 Numbers = npt.NDArray[np.int32]
@@ -52,7 +52,7 @@ class ContactLook:
             (of_teeth.leaders, slack, of_teeth.order, of_teeth.starts),
             (np.zeros(len(t.vertices)), of_lips.order, of_lips.starts),
         )
-        self._groups = groups.kernel()
+        self._groups = groups.kernel(t.vertices)
         self._corners = _corners(t, sides)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
@@ -61,7 +61,7 @@ class ContactLook:
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
-        self._proof = LipProof(tables, side_of, retreat)
+        self._proof = LipProof(tables, groups, side_of, retreat)
         self.doubtful = False
         self._at_rest = self.gaps(self._proof.rest)[1]
         self._state[3][:], self._state[5][:] = 0.0, 0.0

@@ -7,7 +7,8 @@ import math
 import numba
 import numpy as np
 
-from risorius.vector_sums import LANES, least_product, most_squared
+from risorius.vector_lanes import LANES
+from risorius.vector_sums import least_product, most_squared
 
 SURE = 1e-6  # metres: less does not tell hulls apart in single precision
 TOLD = 1e-3  # metres: the most that a bound tells

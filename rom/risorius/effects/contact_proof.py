@@ -1,6 +1,7 @@
 """Looking at the lips as the measure of penetration does, where a quicker look may be wrong; nothing is allocated.
 
-Every point is compared with all triangles of the other lip within DEEPEST. What is behind the nearest of them is in
+Every point that planes do not tell to be clear is compared with all triangles of the other lip within DEEPEST, LANES
+of them at a time. What is behind the nearest of them is in
 tissue only if skin has closed around it since it was at rest, by its winding number (Jacobson et al. 2013).
 """
 
@@ -9,15 +10,20 @@ from __future__ import annotations
 import math
 
 import numba
+import numpy as np
 
 from risorius.closest_point import closest_point
 from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, smallest
+from risorius.effects.contact_planes import beyond_planes
 from risorius.penetration import OUT_OF_ITSELF, WOUND
+from risorius.vector_lanes import LANES
+from risorius.vector_masks import first_lane, lanes_behind, lanes_within
 from risorius.winding_number import winding_number
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
-GROUP = 16  # triangles that are looked at together
+ROUNDING = 1e-7  # metres, of single precision
+NOWHERE = 1e3  # metres: where there is nothing near
 ALIKE = 1e-3  # metres between points that are in tissue or out of it together
 
 
@@ -34,28 +40,33 @@ def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _enclose(x, triangles, members, centres, radii):  # type: ignore[no-untyped-def]
-    """Set spheres, centres (g, 3) and radii (g,), about groups of triangles of vertices x (n, 3)."""
-    for group in range(len(radii)):
+def _enclose(x, triangles, members, spheres):  # type: ignore[no-untyped-def]
+    """Set spheres (4, g), centres and radii, about groups of triangles of vertices x (n, 3)."""
+    xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
+    for group in range(len(members)):
+        if members[group, 0] < 0:
+            continue
         u, v, w, most = 0.0, 0.0, 0.0, 0.0
-        for m in range(GROUP):
+        for m in range(LANES):
             for k in range(3):
                 q = triangles[members[group, m], k]
                 u, v, w = u + x[q, 0], v + x[q, 1], w + x[q, 2]
-        u, v, w = u / (3 * GROUP), v / (3 * GROUP), w / (3 * GROUP)
-        for m in range(GROUP):
+        u, v, w = u / (3 * LANES), v / (3 * LANES), w / (3 * LANES)
+        for m in range(LANES):
             for k in range(3):
                 q = triangles[members[group, m], k]
                 a, b, c = x[q, 0] - u, x[q, 1] - v, x[q, 2] - w
                 most = max(most, a * a + b * b + c * c)
-        centres[group, 0], centres[group, 1], centres[group, 2], radii[group] = u, v, w, math.sqrt(most)
+        xs[group], ys[group], zs[group], radii[group] = u, v, w, math.sqrt(most) + ROUNDING
 
 
 @_compiled
 def turn_planes(x, triangles, members, sign, planes):  # type: ignore[no-untyped-def]
-    """Set planes (4, g, GROUP) of members (g, GROUP): outward normals, and their offsets."""
+    """Set planes (g, 4, LANES) of members (g, LANES): outward normals, and their offsets."""
     for group in range(len(members)):
-        for m in range(GROUP):
+        if members[group, 0] < 0:
+            continue
+        for m in range(LANES):
             t = members[group, m]
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             ax, ay, az = x[a, 0], x[a, 1], x[a, 2]
@@ -63,35 +74,46 @@ def turn_planes(x, triangles, members, sign, planes):  # type: ignore[no-untyped
             nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             scale = sign / max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-20)
             nx, ny, nz = scale * nx, scale * ny, scale * nz
-            planes[0, group, m], planes[1, group, m], planes[2, group, m] = nx, ny, nz
-            planes[3, group, m] = nx * ax + ny * ay + nz * az
+            planes[group, 0, m], planes[group, 1, m], planes[group, 2, m] = nx, ny, nz
+            planes[group, 3, m] = nx * ax + ny * ay + nz * az
 
 
 @_compiled
-def _near_groups(px, py, pz, side, reach, group_sides, centres, radii, near):  # type: ignore[no-untyped-def]
-    """Write the numbers of groups of the other side within reach of a point; return how many."""
+def _near_groups(px, py, pz, reach, first, last, spheres, near, near_spheres):  # type: ignore[no-untyped-def]
+    """Write the groups of first:last within reach of a point, numbers and spheres, up to whole LANES; return how many.
+
+    What fills up the LANES is near nothing.
+    """
+    xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
     found = 0
-    for group in range(len(radii)):
-        a, b, c = centres[group, 0] - px, centres[group, 1] - py, centres[group, 2] - pz
-        most = radii[group] + reach
-        near[found] = group
-        found += (group_sides[group] != side) & (a * a + b * b + c * c < most * most)
+    for start in range(first, last, LANES):
+        within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
+        while within != 0:
+            group = start + first_lane(within)
+            within &= within - 1
+            near[found] = group
+            for i in range(4):
+                near_spheres[i, found] = spheres[i, group]
+            found += 1
+    for k in range(found, found + LANES):
+        near_spheres[0, k] = NOWHERE
     return found
 
 
 @_compiled
 def _candidates(  # type: ignore[no-untyped-def]
-    x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, centres, radii, near, found, gaps,
+    x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, near, near_spheres, found, gaps,
     which, count,
 ):  # fmt: skip
     """Write the numbers of points of a patch, order[begin:end], that may be in the other lip; return how many now.
 
     These are behind a triangle, before which they are at rest, no farther from it than from the one that they are `at`.
+    Gaps (l,) of more than 0 are of points that are clear, and become at least as large as the distance of others.
     """
+    xs, ys, zs, radii = near_spheres[0], near_spheres[1], near_spheres[2], near_spheres[3]
     for e in range(begin, end):
         number = order[e]
-        gaps[number] = FAR
-        if found == 0:
+        if gaps[number] > 0.0:
             continue
         p, t = vertices[number], at[number]
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
@@ -100,35 +122,24 @@ def _candidates(  # type: ignore[no-untyped-def]
         square = closest_point(
             px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
         )[0]
-        reach = min(math.sqrt(square) * (1.0 + 1e-4) + 1e-7, DEEPEST)
+        reach = np.float32(min(math.sqrt(square) * (1.0 + 1e-4) + ROUNDING, DEEPEST))
         gaps[number] = reach
         deep = False
-        for k in range(found):
-            group = near[k]
-            a, b, c = centres[group, 0] - px, centres[group, 1] - py, centres[group, 2] - pz
-            most = radii[group] + reach
-            if a * a + b * b + c * c > most * most:
-                continue
-            behind = 0
-            for m in range(GROUP):
-                now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
-                then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
-                behind += (now < turned[3, group, m]) & (then >= faced[3, group, m])
-            if behind == 0:
-                continue
-            for m in range(GROUP):
-                now = turned[0, group, m] * px + turned[1, group, m] * py + turned[2, group, m] * pz
-                then = faced[0, group, m] * ox + faced[1, group, m] * oy + faced[2, group, m] * oz
-                if now >= turned[3, group, m] or then < faced[3, group, m]:
-                    continue
-                t = members[group, m]
-                a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                square = closest_point(
-                    px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
-                )[0]
-                deep = deep or square <= reach * reach
-            if deep:
-                break
+        for start in range(0, found, LANES):
+            within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
+            while within != 0 and not deep:
+                group = near[start + first_lane(within)]
+                within &= within - 1
+                behind = lanes_behind(turned, 4 * LANES * group, px, py, pz)
+                behind &= ~lanes_behind(faced, 4 * LANES * group, ox, oy, oz)
+                while behind != 0 and not deep:
+                    t = members[group, first_lane(behind)]
+                    behind &= behind - 1
+                    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                    square = closest_point(
+                        px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
+                    )[0]
+                    deep = square <= reach * reach
         if deep:
             which[count] = number
             count += 1
@@ -137,17 +148,20 @@ def _candidates(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _nearest(  # type: ignore[no-untyped-def]
-    px, py, pz, ox, oy, oz, x, triangles, across, planes, sign, border, members, centres, radii, near, found, way
+    px, py, pz, ox, oy, oz, most, x, triangles, across, planes, sign, border, members, near, near_spheres, found, way
 ):
-    """Gap to the nearest triangle of the groups near a point, at (ox, oy, oz) at rest, and which; sets the way out."""
-    least, cosine, best, w0, w1, w2 = DEEPEST * DEEPEST, 0.0, -1, 0.0, 0.0, 0.0
+    """Gap to the nearest triangle of the groups near a point, at (ox, oy, oz) at rest, and which; sets the way out.
+
+    most: metres that it is not farther than.
+    """
+    least, cosine, best, w0, w1, w2 = most * most, 0.0, -1, 0.0, 0.0, 0.0
     for k in range(found):
         group = near[k]
-        a, b, c = centres[group, 0] - px, centres[group, 1] - py, centres[group, 2] - pz
-        most = radii[group] + math.sqrt(least) * (1.0 + 1e-6)
-        if a * a + b * b + c * c > most * most:
+        a, b, c = near_spheres[0, k] - px, near_spheres[1, k] - py, near_spheres[2, k] - pz
+        reach = near_spheres[3, k] + math.sqrt(least) * (1.0 + 1e-6)
+        if a * a + b * b + c * c > reach * reach:
             continue
-        for m in range(GROUP):
+        for m in range(LANES):
             t = members[group, m]
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             ax, ay, az = float(x[a, 0]), float(x[a, 1]), float(x[a, 2])
@@ -229,41 +243,56 @@ def _believe(x, rest, points, triangles, sign, skin, place, gaps):  # type: igno
 
 
 @_compiled
-def prove(x, rest, points, surface, groups, work, state):  # type: ignore[no-untyped-def]
+def prove(x, rest, points, surface, between, groups, work, state):  # type: ignore[no-untyped-def]
     """Set gaps (l,) of all points of the lips, negative in the other lip, and ways out of it; return the smallest.
 
     points: vertices (l,), their sides, patches of them, triangles around each of all vertices, and winding numbers at
     rest, NaN where not known yet. surface: triangles of the lips as in `ContactTables`, flags of their borders, and
-    triangles of all skin around. groups: numbers of triangles, their planes at rest, the sides that these are on.
+    triangles of all skin around. between: what `beyond_planes` reads. groups: numbers of triangles, those of side 0
+    first, rows of -1 up to whole LANES, their planes at rest, and where those of side 1 begin.
     """
     vertices, sides, order, order_starts = points[:4]
     triangles, across, planes, sign, border, skin = surface
-    members, faced, group_sides = groups
-    centres, radii, reaches, turned, near, place = work
+    members, faced, split = groups
+    reaches, spheres, turned, near, near_spheres, place = work
     at, which, gaps, ways = state
+    beyond_planes(x, vertices, between, gaps)
     _reach(x, vertices, order, order_starts, reaches)
-    _enclose(x, triangles, members, centres, radii)
+    _enclose(x, triangles, members, spheres)
     turn_planes(x, triangles, members, sign, turned)
     count = 0
     for patch in range(len(order_starts) - 1):
         begin, end = order_starts[patch], order_starts[patch + 1]
+        if _clear(order, begin, end, gaps):
+            continue
         leader = order[begin]
-        p, reach = vertices[leader], DEEPEST + reaches[patch]
-        found = _near_groups(x[p, 0], x[p, 1], x[p, 2], sides[leader], reach, group_sides, centres, radii, near)
+        first, last = (split, len(members)) if sides[leader] == 0 else (0, split)
+        p, reach = vertices[leader], np.float32(DEEPEST + reaches[patch])
+        found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         count = _candidates(
-            x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, centres, radii, near, found,
+            x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, near, near_spheres, found,
             gaps, which, count,
         )  # fmt: skip
     for e in range(count):
         number = which[e]
         p = vertices[number]
-        px, py, pz = float(x[p, 0]), float(x[p, 1]), float(x[p, 2])
-        found = _near_groups(px, py, pz, sides[number], DEEPEST, group_sides, centres, radii, near)
+        first, last = (split, len(members)) if sides[number] == 0 else (0, split)
+        reach = np.float32(gaps[number])
+        found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         gaps[number], best = _nearest(
-            px, py, pz, float(rest[p, 0]), float(rest[p, 1]), float(rest[p, 2]), x, triangles, across, planes, sign,
-            border, members, centres, radii, near, found, place,
+            float(x[p, 0]), float(x[p, 1]), float(x[p, 2]), float(rest[p, 0]), float(rest[p, 1]), float(rest[p, 2]),
+            gaps[number], x, triangles, across, planes, sign, border, members, near, near_spheres, found, place,
         )  # fmt: skip
         at[number] = at[number] if best < 0 else best
         ways[number, 0], ways[number, 1], ways[number, 2] = place[0], place[1], place[2]
     _believe(x, rest, points, triangles, sign, skin, place, gaps)
     return smallest(gaps)
+
+
+@_compiled
+def _clear(order, begin, end, gaps):  # type: ignore[no-untyped-def]
+    """Whether all points of a patch are known to be."""
+    for e in range(begin, end):
+        if not gaps[order[e]] > 0.0:
+            return False
+    return True

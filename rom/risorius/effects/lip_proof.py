@@ -7,11 +7,13 @@ import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_patches import Patches
-from risorius.effects.contact_proof import GROUP, prove, turn_planes
+from risorius.effects.contact_proof import NOWHERE, prove, turn_planes
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.retreat import Retreat
 from risorius.lip_sheets import on_border
+from risorius.vector_lanes import LANES
 
 Numbers = npt.NDArray[np.int32]
 
@@ -23,7 +25,7 @@ class LipProof:
     vertices (l,): those that are looked at; gaps (l,) and ways out (l, 3) are what has been found.
     """
 
-    def __init__(self, tables: ContactTables, side_of: Numbers, retreat: Retreat) -> None:
+    def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
         t, sign = tables, float(tables.orientation[0])
         self.rest = np.zeros((len(side_of), 3), np.float32)
         self.rest[retreat.vertices] = retreat.places
@@ -39,13 +41,13 @@ class LipProof:
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
         self._surface = t.triangles, t.across, t.planes, sign, border, retreat.skin
-        members, group_sides = _groups(centres, side_of_triangle)
-        faced = np.zeros((4, *members.shape), np.float32)
+        members, split = _groups(centres, side_of_triangle)
+        faced = np.zeros((len(members), 4, LANES), np.float32)
         turn_planes(self.rest, t.triangles, members, sign, faced)
-        self._groups = members, faced, group_sides
+        self._between, self._groups = between.kernel(self.vertices), (members, faced, split)
         self._work = (
-            np.zeros((len(members), 3)), np.zeros(len(members)), np.zeros(len(patches.leaders)), np.zeros_like(faced),
-            np.zeros(len(members) + 1, np.int32), np.zeros(3),
+            np.zeros(len(patches.leaders)), np.full((4, len(members)), NOWHERE, np.float32), np.zeros_like(faced),
+            np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32), np.zeros(3),
         )  # fmt: skip
         self.gaps, self.ways = np.zeros(count), np.zeros((count, 3))
         at = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
@@ -53,7 +55,10 @@ class LipProof:
 
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
-        return -float(prove(vertices, self.rest, self._points, self._surface, self._groups, self._work, self._state))
+        smallest = prove(
+            vertices, self.rest, self._points, self._surface, self._between, self._groups, self._work, self._state
+        )
+        return -float(smallest)
 
 
 def _fans(triangles: Numbers, count: int) -> sp.csr_matrix:
@@ -62,24 +67,28 @@ def _fans(triangles: Numbers, count: int) -> sp.csr_matrix:
     return sp.csr_matrix(sp.csr_matrix(ends, shape=(len(triangles), count)).T)
 
 
-def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[Numbers, Numbers]:
-    """Numbers (g, GROUP) of triangles with centres (t, 3), close to each other, on one of sides (t,), and which (g,).
+def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[Numbers, int]:
+    """Numbers (g, LANES) of triangles with centres (t, 3), close to each other, on one of sides (t,).
 
-    The last of each side is filled up with a triangle that it has.
+    Those of side 0 come first, up to the number that is returned with them. The last of each side is filled up with a
+    triangle that it has, and either side with rows of -1 up to whole LANES.
     """
-    pending = [np.flatnonzero(sides == side) for side in (0, 1)]
-    groups = []
-    while pending:
-        group = pending.pop()
-        if len(group) > GROUP:
-            along = centres[group]
-            group = group[np.argsort(along[:, np.ptp(along, axis=0).argmax()], kind="stable")]
-            half = GROUP * -(-len(group) // (2 * GROUP))
-            pending += [group[half:], group[:half]]
-        elif len(group):
-            groups.append(np.append(group, np.full(GROUP - len(group), group[-1])))
-    members = np.array(groups, np.int32).reshape(-1, GROUP)
-    return members, sides[members[:, 0]].astype(np.int32)
+    groups = list[Numbers]()
+    split = 0
+    for side in (0, 1):
+        split = len(groups)
+        pending = [np.flatnonzero(sides == side)]
+        while pending:
+            group = pending.pop()
+            if len(group) > LANES:
+                along = centres[group]
+                group = group[np.argsort(along[:, np.ptp(along, axis=0).argmax()], kind="stable")]
+                half = LANES * -(-len(group) // (2 * LANES))
+                pending += [group[half:], group[:half]]
+            elif len(group):
+                groups.append(np.append(group, np.full(LANES - len(group), group[-1])))
+        groups += [np.full(LANES, -1)] * (-len(groups) % LANES)
+    return np.array(groups, np.int32).reshape(-1, LANES), split
 
 
 def _facing(
