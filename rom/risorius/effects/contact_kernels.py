@@ -25,7 +25,6 @@ _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
 FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
-SHRUNK = 1.3e-3  # metres that a gap to what does not count has become smaller by; nor is it then, of folded tissue
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
 ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
@@ -41,7 +40,6 @@ LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
-UNCOUNTED = 2.0  # in place of a way out, where what is nearest does not count, but what is beside it may
 BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
@@ -194,7 +192,6 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         for k in range(3):
             opposite = w2 if k == 0 else (w0 if k == 1 else w1)
             ends = ends or (opposite == 0.0 and across[t, k] < 0)
-        ways[number, 0] = UNCOUNTED if ends else 0.0
         if ends:
             continue
         nx, ny, nz = 0.0, 0.0, 0.0
@@ -214,7 +211,6 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
                   + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
         if behind:
-            ways[number, 0] = UNCOUNTED
             continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
@@ -305,12 +301,11 @@ def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  #
     """Look at all that may touch."""
     points = teeth[0]
     vertices, facing = lips[0], lips[1]
-    at, which, which_lips, gaps, _ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
+    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
     leaders, slack, order, order_starts = patches
     slack_lips, order_lips, starts_lips = patches_of_lips
     at[:], gaps[:] = facing, 0.0
     which[: len(leaders)] = leaders
-    ways_lips[:, 0] = 0.0
     _place(x, corners[2], corners[5])
     beyond_planes(x, vertices, groups, gaps_lips)
     count_lips = leaders_of_others(order_lips, starts_lips, gaps_lips, which_lips)
@@ -426,16 +421,6 @@ def _moved_far(moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _shrunk(gaps, ways, at_rest):  # type: ignore[no-untyped-def]
-    """Whether what does not count has come much nearer to any point than it is at rest: gaps then (l,)."""
-    most = 0.0
-    for number in range(len(gaps)):
-        if ways[number, 0] == UNCOUNTED:
-            most = max(most, at_rest[number] - gaps[number])
-    return most > SHRUNK
-
-
-@_compiled
 def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
     return -min(smallest(gaps), smallest(gaps_lips))
 
@@ -459,13 +444,8 @@ def press(x, teeth, lips, vertices, gaps_lips, ways_lips, rows, columns, state):
 
 
 @_compiled
-def resolve(  # type: ignore[no-untyped-def]
-    x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, at_rest, folded, state
-):
-    """Move vertices x (n, 3) out of teeth and lips; at_rest (l,): gaps of points of the lips; folded: tissue was.
-
-    Returns metres that any point is left in anything, at the most, and whether there may be something that is not seen.
-    """
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
@@ -492,5 +472,4 @@ def resolve(  # type: ignore[no-untyped-def]
             break
         _place(x, corners[2], corners[5])
         _look(x, teeth, lips, corners, count, count_lips, state)
-    doubt = folded and (_moved_far(moved) or _shrunk(gaps_lips, ways_lips, at_rest))
-    return _deepest(gaps, gaps_lips), doubt
+    return _deepest(gaps, gaps_lips)

@@ -26,8 +26,7 @@ Numbers = npt.NDArray[np.int32]
 class ContactLook:
     """Looks at all points of the tables. Not thread-safe: it owns what it works with.
 
-    turn (3, 3), origin (3,): of the jaw, as it is when it looks. doubtful: whether the last `resolve` may have missed
-    something in the lips.
+    turn (3, 3), origin (3,): of the jaw, as it is when it looks.
     """
 
     def __init__(
@@ -62,19 +61,15 @@ class ContactLook:
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
         self._proof = LipProof(tables, groups, side_of, retreat)
-        self.doubtful = False
-        self._at_rest = self.gaps(self._proof.rest)[1]
-        self._state[3][:], self._state[5][:] = 0.0, 0.0
 
-    def resolve(self, vertices: npt.NDArray[np.float32], folded: bool) -> float:
+    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        folded: whether tissue was, before it was mended. Returns metres that any point is left in anything at the most,
-        negative where none is.
+        Returns metres that any point is left in anything at the most, negative where none is.
         """
-        depth, self.doubtful = resolve(
+        depth = resolve(
             vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            self._at_rest, folded, self._state,
+            self._state,
         )  # fmt: skip
         return float(depth)
 

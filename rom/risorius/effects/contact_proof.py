@@ -263,7 +263,7 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
     count = 0
     for patch in range(len(order_starts) - 1):
         begin, end = order_starts[patch], order_starts[patch + 1]
-        if _clear(order, begin, end, gaps):
+        if _least(order, begin, end, gaps) > 0.0:
             continue
         leader = order[begin]
         first, last = (split, len(members)) if sides[leader] == 0 else (0, split)
@@ -290,9 +290,9 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
 
 
 @_compiled
-def _clear(order, begin, end, gaps):  # type: ignore[no-untyped-def]
-    """Whether all points of a patch are known to be."""
+def _least(order, begin, end, gaps):  # type: ignore[no-untyped-def]
+    """Smallest gap that is known of any point of a patch."""
+    least = FAR
     for e in range(begin, end):
-        if not gaps[order[e]] > 0.0:
-            return False
-    return True
+        least = min(least, gaps[order[e]])
+    return least
