@@ -89,7 +89,7 @@ class Contact:
     def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        depth = self._look.resolve(vertices)
+        depth = self._look.resolve(vertices, mended)
         return self._pressed(vertices) if mended or depth > TOLERATED else depth
 
     def _pressed(self, vertices: npt.NDArray[np.float32]) -> float:
@@ -116,7 +116,7 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            self._look.resolve(vertices)
+            self._look.resolve(vertices, True)
             depth = self._pressed(vertices)
             if depth < least:
                 least, self.gave_way = depth, way

@@ -444,8 +444,11 @@ def press(x, teeth, lips, vertices, gaps_lips, ways_lips, rows, columns, state):
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most."""
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, sure, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most.
+
+    sure: a look that makes sure follows, so that lips are not looked at again after the sweeps.
+    """
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
@@ -463,6 +466,9 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, cor
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
                 _approach(x, teeth, lips, count, count_lips, state)
         if sweeps == swept:
+            break
+        if sure:
+            _approach(x, teeth, lips, below(-TOLERATED, gaps, which), 0, state)
             break
         if _moved_far(moved):
             _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)

@@ -62,14 +62,15 @@ class ContactLook:
         )  # fmt: skip
         self._proof = LipProof(tables, groups, side_of, retreat)
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
+    def resolve(self, vertices: npt.NDArray[np.float32], sure: bool) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        Returns metres that any point is left in anything at the most, negative where none is.
+        sure: `proven` is called next, whatever is left. Returns metres that any point is left in anything at the most,
+        negative where none is.
         """
         depth = resolve(
             vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            self._state,
+            sure, self._state,
         )  # fmt: skip
         return float(depth)
 
