@@ -2,8 +2,8 @@
 
 Pairs of the seam (`lip_seam.py`) hold lips apart that close, turn and pucker. Lips that slide and roll past what they
 faced at rest meet elsewhere. What is behind the other lip where an equilibrium is found is paired with the triangle
-that is nearest to it there (`sheet_depth.py`), and the equilibrium is looked for again. A pair whose point is at the
-depth g behind the plane of its triangle presses, for half of the point's share of the surface, by
+that is nearest to it there (`risorius.lip_search`), and the equilibrium is looked for again. A pair whose point is at
+the depth g behind the plane of its triangle presses, for half of the point's share of the surface, by
 
     p = p0 (g / d)^2 for g < d,    p0 (3 - 2 d / g) beyond
 
@@ -13,12 +13,13 @@ millimetres in each other come apart without tearing what carries them. Rest is 
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
 
 import numpy as np
 import scipy.sparse as sp
 
 from risorius.jaw import FloatArray
+from risorius.lip_search import LipSearch
 from risorius.lip_sheets import LipSheets
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import IntArray
@@ -26,10 +27,10 @@ from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.lip_seam import facing_pairs
 from risorius_offline.effects.plane_height import PlaneHeight
-from risorius_offline.effects.sheet_depth import SheetDepth
 from risorius_offline.effects.skin_points import carriers
 
 DEPTH, PRESSURE = 0.2e-3, 50e3  # metres; pascals there
+DEEPEST = 5e-3  # metres; what is farther behind a lip is not in it
 
 
 class LipOverlap(Unobstructed):
@@ -42,8 +43,9 @@ class LipOverlap(Unobstructed):
         points = sheets.vertices
         self.weights, self._rest = sp.csr_matrix(skin.weights)[points], skin.points[points]
         self._areas = 0.5 * surface.areas[points]
-        numbered = np.searchsorted(points, sheets.triangles).astype(np.int32)
-        self._depth = SheetDepth(self._rest, replace(sheets, triangles=numbered))
+        self._search = LipSearch(sheets)
+        at_rest = self._search.nearest(self._rest, np.arange(len(points)), math.inf)
+        self._seeing = at_rest.points[~at_rest.at_rim]
         self._pairs: IntArray = np.zeros((0, 4), dtype=np.int64)
 
     def set_parameters(self, parameters: FloatArray) -> None:
@@ -103,8 +105,16 @@ class LipOverlap(Unobstructed):
         return NodeBlocks(nodes.reshape(count, 4 * most), blocks.reshape(count, 12 * most, 12 * most))
 
     def _overlapping(self, u: FloatArray) -> IntArray:
-        """Pairs (c, 4) of a point that is behind the other lip at u, and the corners of the triangle nearest to it."""
-        return np.column_stack(self._depth.behind(self._places(u)))
+        """Pairs (c, 4) of a point that is behind the other lip at u, and the corners of the triangle nearest to it.
+
+        That is, behind all triangles that meet at the nearest place, and in front of the nearest at rest: what is
+        behind that has tissue in between. What is at the rim of the other lip is beside it; at rest such points take no
+        part.
+        """
+        near = self._search.nearest(self._places(u), self._seeing, DEEPEST)
+        behind = (near.greatest < 0.0) & ~near.at_rim
+        behind &= self._search.in_front(self._rest, near.points, near.triangles)
+        return np.column_stack([near.points, self._search.corners[near.triangles]])[behind]
 
     def _places(self, u: FloatArray) -> FloatArray:
         places: FloatArray = self._rest + self.weights @ u
