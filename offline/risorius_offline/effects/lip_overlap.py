@@ -24,7 +24,7 @@ from risorius.lip_sheets import LipSheets
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.discretisation import IntArray
 from risorius_offline.effects.contact_surface import ContactSurface
-from risorius_offline.effects.effect import NodeBlocks, Unobstructed
+from risorius_offline.effects.effect import NO_CONTACTS, NodeBlocks, Unobstructed
 from risorius_offline.effects.lip_seam import facing_pairs
 from risorius_offline.effects.plane_height import PlaneHeight
 from risorius_offline.effects.skin_points import carriers
@@ -46,65 +46,17 @@ class LipOverlap(Unobstructed):
         self._search = LipSearch(sheets)
         at_rest = self._search.nearest(self._rest, np.arange(len(points)), math.inf)
         self._seeing = at_rest.points[~at_rest.at_rim]
-        self._pairs: IntArray = np.zeros((0, 4), dtype=np.int64)
+        self._pairs = NO_CONTACTS
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Do nothing: contact does not depend on muscles or pose weights."""
 
     @property
-    def notes(self) -> object:
-        """Pairs (c, 4) of a point and the corners of a triangle."""
+    def contacts(self) -> IntArray:
+        """Pairs (c, 4) of a point and the corners of the triangle that it presses on."""
         return self._pairs
 
-    @notes.setter
-    def notes(self, pairs: object) -> None:
-        self._pairs = np.asarray(pairs)
-
-    def note(self, u: FloatArray) -> None:
-        """Pair what is behind the other lip at u (n, 3)."""
-        self._pairs = self._overlapping(u)
-
-    def missed(self, u: FloatArray) -> float:
-        """Metres by which a point is deeper in the other lip at u than the pair that holds it has it."""
-        found = self._overlapping(u)
-        held = np.zeros(len(self._rest))
-        np.maximum.at(held, self._pairs[:, 0], self._depths(self._heights(u)))
-        return float((self._depths(self._heights_of(found, u)) - held[found[:, 0]]).max(initial=0.0))
-
-    def energy(self, u: FloatArray) -> float:
-        """Joules; finite everywhere."""
-        if not len(self._pairs):
-            return 0.0
-        return self._energy(self._depths(self._heights(u)))
-
-    def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
-        """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
-        if not len(self._pairs):
-            return 0.0
-        heights = self._heights(u)
-        depths = self._depths(heights)
-        pressed = -self._areas[self._pairs[:, 0]] * pressure(depths)
-        at_points = np.zeros_like(self._rest)
-        np.add.at(at_points, self._pairs, pressed[:, None, None] * heights.gradients)
-        forces += self.weights.T @ at_points
-        return self._energy(depths)
-
-    def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
-        """Blocks of all pairs, zero where they do not touch, so that their pattern stays."""
-        if not len(self._pairs):
-            return NodeBlocks.none()
-        heights, areas = self._heights(u), self._areas[self._pairs[:, 0]]
-        depths, gradient = self._depths(heights), heights.gradients.reshape(-1, 12)
-        found = (areas * stiffness(depths))[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
-        if not project:
-            found -= (areas * pressure(depths))[:, None, None] * heights.hessians
-        nodes, weights = carriers(self.weights[self._pairs.ravel()])
-        count, most = len(found), nodes.shape[1]
-        weights = weights.reshape(count, 4, most)
-        blocks = np.einsum("kpa,kpiqj,kqb->kpaiqbj", weights, found.reshape(count, 4, 3, 4, 3), weights, optimize=True)
-        return NodeBlocks(nodes.reshape(count, 4 * most), blocks.reshape(count, 12 * most, 12 * most))
-
-    def _overlapping(self, u: FloatArray) -> IntArray:
+    def search_contacts(self, u: FloatArray) -> IntArray:
         """Pairs (c, 4) of a point that is behind the other lip at u, and the corners of the triangle nearest to it.
 
         That is, behind all triangles that meet at the nearest place, and in front of the nearest at rest: what is
@@ -116,14 +68,54 @@ class LipOverlap(Unobstructed):
         behind &= self._search.in_front(self._rest, near.points, near.triangles)
         return np.column_stack([near.points, self._search.corners[near.triangles]])[behind]
 
+    def hold_contacts(self, contacts: IntArray) -> None:
+        """Hold pairs (c, 4) in place of those before."""
+        self._pairs = contacts
+
+    def missed_depth(self, u: FloatArray, contacts: IntArray) -> float:
+        """Metres by which a point is deeper at u by `contacts` (c, 4) than by the pair of it that is held."""
+        held = np.zeros(len(self._rest))
+        np.maximum.at(held, self._pairs[:, 0], self._depths(self._heights(u, self._pairs)))
+        return float((self._depths(self._heights(u, contacts)) - held[contacts[:, 0]]).max(initial=0.0))
+
+    def energy(self, u: FloatArray) -> float:
+        """Joules; finite everywhere."""
+        if not len(self._pairs):
+            return 0.0
+        return self._energy(self._depths(self._heights(u, self._pairs)))
+
+    def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
+        """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
+        if not len(self._pairs):
+            return 0.0
+        heights = self._heights(u, self._pairs)
+        depths = self._depths(heights)
+        pressed = -self._areas[self._pairs[:, 0]] * pressure(depths)
+        at_points = np.zeros_like(self._rest)
+        np.add.at(at_points, self._pairs, pressed[:, None, None] * heights.gradients)
+        forces += self.weights.T @ at_points
+        return self._energy(depths)
+
+    def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
+        """Blocks of all pairs, zero where they do not touch, so that their pattern stays."""
+        if not len(self._pairs):
+            return NodeBlocks.none()
+        heights, areas = self._heights(u, self._pairs), self._areas[self._pairs[:, 0]]
+        depths, gradient = self._depths(heights), heights.gradients.reshape(-1, 12)
+        found = (areas * stiffness(depths))[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+        if not project:
+            found -= (areas * pressure(depths))[:, None, None] * heights.hessians
+        nodes, weights = carriers(self.weights[self._pairs.ravel()])
+        count, most = len(found), nodes.shape[1]
+        weights = weights.reshape(count, 4, most)
+        blocks = np.einsum("kpa,kpiqj,kqb->kpaiqbj", weights, found.reshape(count, 4, 3, 4, 3), weights, optimize=True)
+        return NodeBlocks(nodes.reshape(count, 4 * most), blocks.reshape(count, 12 * most, 12 * most))
+
     def _places(self, u: FloatArray) -> FloatArray:
         places: FloatArray = self._rest + self.weights @ u
         return places
 
-    def _heights(self, u: FloatArray) -> PlaneHeight:
-        return self._heights_of(self._pairs, u)
-
-    def _heights_of(self, pairs: IntArray, u: FloatArray) -> PlaneHeight:
+    def _heights(self, u: FloatArray, pairs: IntArray) -> PlaneHeight:
         return PlaneHeight.of(self._places(u)[pairs])
 
     def _depths(self, heights: PlaneHeight) -> FloatArray:
