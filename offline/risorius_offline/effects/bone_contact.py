@@ -129,7 +129,7 @@ class BoneContact(WithoutContactPairs):
             touching, overlap, gradient, hessian = self._touching(bone, u)
             scale = self.areas[touching] * self._pressure / self._tolerance**2
             nodes.append(self.nodes[touching])
-            matrices.append(stiffness(scale, overlap, gradient, hessian))
+            matrices.append(penalty_hessians(scale, overlap, gradient, hessian))
         blocks = np.concatenate(matrices)
         return NodeBlocks(np.concatenate(nodes)[:, None], positive_part(blocks) if project else blocks)
 
@@ -232,7 +232,7 @@ def _nodal_areas(anatomy: Anatomy) -> FloatArray:
     return areas
 
 
-def stiffness(scale: FloatArray, overlap: FloatArray, gradient: FloatArray, hessian: FloatArray) -> FloatArray:
+def penalty_hessians(scale: FloatArray, overlap: FloatArray, gradient: FloatArray, hessian: FloatArray) -> FloatArray:
     """Second derivatives (c, 3, 3) of scale / 3 overlap^3, by those of the distance that an overlap falls with."""
     normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
     matrices: FloatArray = normal - (scale * overlap**2)[:, None, None] * hessian

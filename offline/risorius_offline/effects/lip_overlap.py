@@ -102,7 +102,7 @@ class LipOverlap(Unobstructed):
             return NodeBlocks.none()
         heights, areas = self._heights(u, self._pairs), self._areas[self._pairs[:, 0]]
         depths, gradient = self._depths(heights), heights.gradients.reshape(-1, 12)
-        found = (areas * stiffness(depths))[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
+        found = (areas * pressure_slope(depths))[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
         if not project:
             found -= (areas * pressure(depths))[:, None, None] * heights.hessians
         nodes, weights = carriers(self.weights[self._pairs.ravel()])
@@ -132,7 +132,7 @@ def pressure(depths: FloatArray) -> FloatArray:
     return result
 
 
-def stiffness(depths: FloatArray) -> FloatArray:
+def pressure_slope(depths: FloatArray) -> FloatArray:
     """Derivative of the pressure, Pa/m."""
     shallow, beyond = np.minimum(depths / DEPTH, 1.0), np.maximum(depths / DEPTH, 1.0)
     result: FloatArray = 2.0 * PRESSURE / DEPTH * shallow / beyond**2

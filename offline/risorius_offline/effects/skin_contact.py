@@ -21,7 +21,7 @@ from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.contact_geometry import TEETH
 from risorius_offline.discretisation import IntArray
-from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, positive_part, stiffness
+from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, penalty_hessians, positive_part
 from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.signed_distance import SignedDistance
@@ -83,7 +83,7 @@ class SkinContact(Unobstructed):
         points, matrices = [], []
         for touching, overlap, gradient, hessian in self._touching(u):
             points.append(touching)
-            matrices.append(stiffness(self._scale[touching], overlap, gradient, hessian))
+            matrices.append(penalty_hessians(self._scale[touching], overlap, gradient, hessian))
         if not points:
             return NodeBlocks.none()
         nodes, shares = carriers(self.weights[np.concatenate(points)])
