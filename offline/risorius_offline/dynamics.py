@@ -120,7 +120,7 @@ class MotionSolver:
         self, motion: Motion, before: FloatArray, after: FloatArray, step: float, report: SolverReport
     ) -> Motion | None:
         """Both stages; None when one of them does not converge."""
-        self.model.note(motion.u)
+        self.model.hold_contacts(self.model.search_contacts(motion.u))
         stage, rest = GAMMA * step, (1.0 - GAMMA) * step
         between = before + GAMMA * (after - before)
         stiffness = self._damping_stiffness(motion, step)

@@ -15,7 +15,7 @@ import numpy as np
 
 from risorius.errors import InputError, SolverError
 from risorius.jaw import FloatArray
-from risorius_offline.full_model import FullModel, Notes
+from risorius_offline.full_model import Contacts, FullModel
 from risorius_offline.newton import GuardedNewton, SolverReport
 from risorius_offline.prediction import Predictor
 from risorius_offline.stability import way_down
@@ -26,9 +26,10 @@ TOLERANCE_ON_THE_WAY = 1e-1
 SHORTEST_FOLLOWED = 1.0 / 8.0
 # Saddles that are left, one after the other, before a load step counts as failed.
 MOST_SADDLES = 5
-# Metres by which surfaces may be deeper in each other at an equilibrium than what was noted. It is noted anew, so many
-# times, and Newton's method goes on; a guess that is tangled, or comes to be, is given up for a start that is not.
-TOLERATED, TANGLED, MOST_NOTES = 0.1e-3, 1e-3, 6
+# Metres by which surfaces may be deeper in each other at an equilibrium than contact pairs have it. Those found there
+# then take their place, so many times, and Newton's method goes on; a guess that is tangled by so much, or comes to be,
+# is given up for a start that is not.
+TOLERATED, TANGLED, MOST_UPDATES = 0.1e-3, 1e-3, 6
 # A step that leaves less than this share of the way leaves nothing of it.
 ROUNDING = 1e-9
 
@@ -45,13 +46,13 @@ class NotConvergedError(SolverError):
 class Equilibrium:
     """A converged state: parameters (p,), displacement u (n, 3) in metres, report.
 
-    notes: as `FullModel.notes`, of what touches there.
+    contacts: the pairs that its forces rest on, as `FullModel.contacts`.
     """
 
     parameters: FloatArray
     u: FloatArray
     report: SolverReport = field(default_factory=SolverReport)
-    notes: Notes = ()
+    contacts: Contacts = ()
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class EquilibriumSolver:
         done, step, predictor, rough = 0.0, 1.0, None, True
         while done < 1.0:
             self.model.set_parameters(state.parameters)
-            self.model.note(state.u, state.notes)
+            self.model.hold_contacts(self.model.search_contacts(state.u, state.contacts))
             step = self._followed(state, target, min(step, 1.0 - done), 1.0 - done)
             aim = _on_the_way(state.parameters, target, step / (1.0 - done))
             predictor = predictor or Predictor(self.model, state.u, state.parameters, report)
@@ -129,18 +130,20 @@ class EquilibriumSolver:
     def _towards(self, guess: FloatArray, target: FloatArray) -> FloatArray | None:
         """The guess (n, 3), bones where the target has them, mended if need be; None where it cannot be.
 
-        What is behind other surfaces there is not noted: a guess errs in hundreds of places, an equilibrium in few.
+        What is behind other surfaces there is not paired: a guess errs in hundreds of places, an equilibrium in few.
         """
         self.model.set_parameters(target)
         bones = self.model.prescribed_motion(target)
         start = self.model.admissible(np.where(self.model.anatomy.prescribed[:, None], bones, guess))
-        self.model.note(np.zeros_like(guess))
-        return None if start is None or self.model.missed(start) > TANGLED else start
+        self.model.hold_contacts(())
+        if start is None or self.model.missed_depth(start, self.model.search_contacts(start)) > TANGLED:
+            return None
+        return start
 
     def _told(self, state: Equilibrium, report: SolverReport) -> Equilibrium:
         """A state with the report of its solve; the model is told of it, if it is a minimum: it holds its factors."""
         report.converged = True
-        found = replace(state, report=report, notes=self.model.notes)
+        found = replace(state, report=report, contacts=self.model.contacts)
         if report.stable:
             self.model.factorised_for = found
         return found
@@ -160,20 +163,21 @@ class EquilibriumSolver:
     ) -> FloatArray | None:
         """As `GuardedNewton.minimise`, past saddles and with all that touches; factors are then of the tangent there.
 
-        None, too, where surfaces come to lie so many metres deeper in each other than was noted.
+        None, too, where surfaces come to lie so many metres deeper in each other than contact pairs have it.
         """
         newton = GuardedNewton(self.tolerance, self.max_iterations, rough, self.watch)
-        saddles, notes = 0, 0
+        saddles, updates = 0, 0
         while saddles <= MOST_SADDLES:
             found = newton.minimise(self.model, u, report, level)
             if found is None:
                 return None
-            missed = self.model.missed(found)
+            contacts = self.model.search_contacts(found)
+            missed = self.model.missed_depth(found, contacts)
             if missed > most_missed:
                 return None
-            if missed > TOLERATED and notes < MOST_NOTES:
-                self.model.note(found)
-                u, level, notes = found, None, notes + 1
+            if missed > TOLERATED and updates < MOST_UPDATES:
+                self.model.hold_contacts(contacts)
+                u, level, updates = found, None, updates + 1
                 continue
             lower = way_down(self.model, found, report)
             if lower is None:

@@ -14,8 +14,8 @@ from risorius.jaw import FloatArray
 from risorius.mechanics.fibres import PROPORTIONAL
 from risorius_offline.active_fibres import ActiveFibres
 from risorius_offline.anatomy.anatomy import Anatomy
-from risorius_offline.discretisation import Discretisation
-from risorius_offline.effects import DeadLoad, Effect, NodeBlocks
+from risorius_offline.discretisation import Discretisation, IntArray
+from risorius_offline.effects import NO_CONTACTS, DeadLoad, Effect, NodeBlocks
 from risorius_offline.linear_solver import ROUGH_SOLVERS, SOLVERS, default_solver
 from risorius_offline.muscles.assembly import active_tensors, dead_loads, fibre_points
 from risorius_offline.tangent_system import TangentSystem
@@ -29,8 +29,8 @@ from risorius_offline.wall import walls
 STRAIN_OF_REST = 1e-6
 # Of a displacement that is not admissible: what mends its cells may push it into a bone, and the other way round.
 MOST_MENDINGS = 4
-# Of effects, each with its own.
-Notes = tuple[tuple[Effect, object], ...]
+# Contact pairs, as `Effect.contacts`, of effects.
+Contacts = tuple[tuple[Effect, IntArray], ...]
 
 
 class FullModel:
@@ -172,22 +172,26 @@ class FullModel:
         return u if self.admits(u) else None
 
     @property
-    def notes(self) -> Notes:
-        """What effects took note of."""
-        return tuple((effect, effect.notes) for effect in self.effects if effect.notes is not None)
+    def contacts(self) -> Contacts:
+        """Contact pairs that effects hold."""
+        return tuple((effect, effect.contacts) for effect in self.effects)
 
-    def note(self, u: FloatArray, known: Notes = ()) -> None:
-        """Let effects take note of what touches at u, for all later calls, or take up their own notes of before."""
+    def search_contacts(self, u: FloatArray, known: Contacts = ()) -> Contacts:
+        """Contact pairs of effects at u, or those that are known of an effect; what effects hold stays."""
+        given = {id(effect): pairs for effect, pairs in known}
+        return tuple(
+            (effect, given[id(effect)] if id(effect) in given else effect.search_contacts(u)) for effect in self.effects
+        )
+
+    def hold_contacts(self, contacts: Contacts) -> None:
+        """Have effects hold contact pairs, those without any none, in place of those before."""
+        given = {id(effect): pairs for effect, pairs in contacts}
         for effect in self.effects:
-            own = [notes for noted, notes in known if noted is effect]
-            if own:
-                effect.notes = own[0]
-            else:
-                effect.note(u)
+            effect.hold_contacts(given.get(id(effect), NO_CONTACTS))
 
-    def missed(self, u: FloatArray) -> float:
-        """Metres by which something at u is deeper in something than what effects took note of has it."""
-        return max((effect.missed(u) for effect in self.effects), default=0.0)
+    def missed_depth(self, u: FloatArray, contacts: Contacts) -> float:
+        """Metres by which something at u is deeper in something by `contacts` than by those that effects hold."""
+        return max((effect.missed_depth(u, pairs) for effect, pairs in contacts), default=0.0)
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Fraction in (0, 1] of a direction (n, 3) that every effect admits all along."""

@@ -56,7 +56,7 @@ def _factorise(model: FullModel, equilibrium: Equilibrium) -> None:
     model.set_parameters(equilibrium.parameters)
     if model.factorised_for is equilibrium:
         return
-    model.note(equilibrium.u, equilibrium.notes)
+    model.hold_contacts(model.search_contacts(equilibrium.u, equilibrium.contacts))
     try:
         model.factorise(*model.tangent(equilibrium.u))
     except NotPositiveDefiniteError as error:

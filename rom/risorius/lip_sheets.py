@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from risorius.adjacency import triangles_across
 from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
 
@@ -33,7 +34,7 @@ class LipSheets:
     def of(cls, seam: npt.NDArray[np.int64], rest: npt.NDArray[np.floating], triangles: IntArray) -> LipSheets:
         """Sheets around a seam (k, 2), pairs of a vertex and the triangle it faces, of a surface at rest, y up.
 
-        Without vertices where nothing faces anything from above, or from below.
+        Without vertices and triangles where nothing faces anything from above, or from below.
         """
         points = rest.astype(np.float64)
         centres = points[triangles].mean(axis=1)
@@ -43,17 +44,16 @@ class LipSheets:
         label = _nearest_side(points, triangles, seam[~lower, 0], seam[lower, 0])
         of_corners = label[triangles]
         inside = np.flatnonzero((of_corners[:, 0] >= 0) & (of_corners == of_corners[:, :1]).all(axis=1))
+        if len(np.unique(of_corners[inside])) < 2:
+            inside = inside[:0]
         kept, sheet_of = triangles[inside].astype(np.int32), of_corners[inside, 0].astype(np.int32)
         vertices = np.unique(kept).astype(np.int32)
         sheet = label[vertices].astype(np.int32)
-        facing = np.full(len(vertices), -1, dtype=np.int32)
-        for side in (0, 1):
-            other = np.flatnonzero(sheet_of != side)
-            mine = np.flatnonzero(sheet == side)
-            if len(other) and len(mine):
-                facing[mine] = other[_nearest(points[vertices[mine]], centres[inside[other]])]
-        paired = facing >= 0
-        return cls(vertices[paired], sheet[paired], kept, sheet_of, _across(kept), facing[paired])
+        facing = np.zeros(len(vertices), dtype=np.int32)
+        for side in np.unique(sheet):
+            other, mine = np.flatnonzero(sheet_of != side), np.flatnonzero(sheet == side)
+            facing[mine] = other[_nearest(points[vertices[mine]], centres[inside[other]])]
+        return cls(vertices, sheet, kept, sheet_of, triangles_across(kept), facing)
 
 
 def on_border(triangles: IntArray, across: IntArray, count: int) -> npt.NDArray[np.bool_]:
@@ -76,15 +76,3 @@ def _nearest(points: FloatArray, centres: FloatArray) -> IntArray:
     from scipy.spatial import cKDTree
 
     return np.asarray(cKDTree(centres).query(points)[1], dtype=np.int32)
-
-
-def _across(triangles: IntArray) -> IntArray:
-    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    if not len(edges):
-        return np.zeros((0, 3), dtype=np.int32)
-    _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    sides = np.argsort(number.ravel(), kind="stable")
-    sides = sides[(count == 2)[number.ravel()[sides]]].reshape(-1, 2)
-    across = np.full(len(edges), -1, dtype=np.int32)
-    across[sides[:, 0]], across[sides[:, 1]] = sides[:, 1] // 3, sides[:, 0] // 3
-    return across.reshape(-1, 3)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-from risorius.closest_point import closest_point
 from risorius.companion import JAW, Companion
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.jaw import FloatArray
-from risorius.lip_sheets import LipSheets, on_border
+from risorius.lip_search import LipSearch
+from risorius.lip_sheets import LipSheets
 from risorius.normals import vertex_normals
 from risorius.poses import Poses
 from risorius.winding_number import winding_number
@@ -48,7 +46,7 @@ class PenetrationMeasure:
             name: np.minimum(obstacle.distance(rest), 0.0) for name, obstacle in geometry.obstacles.items()
         }
         self._sheets = LipSheets.of(geometry.seam, rest, triangles)
-        self._in_border = on_border(self._sheets.triangles, self._sheets.across, len(rest))
+        self._search = LipSearch(self._sheets)
         self._rest, self._triangles = np.asarray(rest, dtype=np.float64), triangles
 
     @property
@@ -74,14 +72,15 @@ class PenetrationMeasure:
     def depths_in_lips(self, vertices: npt.NDArray[np.floating]) -> FloatArray:
         """Depth (s,) of every vertex of the lips in the other lip, metres, as its nearest triangles have it.
 
-        Past a lip's rim the nearest triangle may be turned away: a depth there is of a vertex that is outside.
+        Past a lip's rim the nearest triangle may be turned away: a depth there is of a vertex that is outside. What is
+        behind that triangle at rest, too, has tissue in between: it is beside the corner of the mouth, not in it.
         """
-        sheets = self._sheets
-        depths = np.zeros(len(sheets.vertices))
-        _depths_in_sheets(
-            vertices.astype(np.float64), self._rest, sheets.vertices, sheets.sheet, sheets.triangles, sheets.sheet_of,
-            sheets.across, self._in_border, depths,
-        )  # fmt: skip
+        numbers = self._sheets.vertices
+        depths, everyone = np.zeros(len(numbers)), np.arange(len(numbers))
+        near = self._search.nearest(vertices[numbers].astype(np.float64), everyone, DEEPEST)
+        behind = (near.cosine < 0.0) & ~near.on_border
+        behind &= self._search.in_front(self._rest[numbers], near.points, near.clearest)
+        depths[near.points[behind]] = near.distances[behind]
         return depths
 
     def _deepest_in_lips(self, vertices: npt.NDArray[np.floating]) -> float:
@@ -112,56 +111,3 @@ def _seen_from(
     frame = Companion(np.vstack([np.zeros(3), np.eye(3)]), np.zeros((0, 3), np.int64), np.zeros((4, 3), np.uint8), JAW)
     origin, *axes = frame.posed(poses, coordinates)
     return (points - origin) @ (np.array(axes) - origin).T
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _depths_in_sheets(x, rest, vertices, sheet, triangles, sheet_of, across, border, depths):  # type: ignore[no-untyped-def]
-    """Distance of vertices that are behind the nearest point of the other sheet, unless that is on its border.
-
-    What is behind that triangle at rest, too, has tissue in between: beside the corner of the mouth, not in it.
-    """
-    w, best = np.empty(3), np.empty(3)
-    centres, radii = np.zeros((len(triangles), 3)), np.zeros(len(triangles))
-    for t in range(len(triangles)):
-        for k in range(3):
-            centres[t] += x[triangles[t, k]] / 3.0
-        for k in range(3):
-            radii[t] = max(radii[t], math.sqrt(np.sum((x[triangles[t, k]] - centres[t]) ** 2)))
-    for number in range(len(vertices)):
-        p = vertices[number]
-        nearest, cosine, found = DEEPEST * DEEPEST, 0.0, -1
-        for t in range(len(triangles)):
-            if sheet_of[t] == sheet[number]:
-                continue
-            reach, square = math.sqrt(nearest) + radii[t] + 1e-9, 0.0
-            for i in range(3):
-                square += (x[p, i] - centres[t, i]) ** 2
-            if square > reach * reach:
-                continue
-            a, b, c = x[triangles[t, 0]], x[triangles[t, 1]], x[triangles[t, 2]]
-            square, w[0], w[1], w[2] = closest_point(
-                x[p, 0], x[p, 1], x[p, 2], a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]
-            )
-            if square > nearest * (1.0 + 1e-9) + 1e-18:
-                continue
-            n = np.cross(b - a, c - a)
-            r = x[p] - (w[0] * a + w[1] * b + w[2] * c)
-            turned = n @ r / max(math.sqrt((n @ n) * square), 1e-30)
-            if square < nearest * (1.0 - 1e-9) - 1e-18 or abs(turned) > abs(cosine):
-                cosine, found, best[:] = turned, t, w
-                nearest = min(nearest, square)
-        if found < 0 or cosine >= 0.0 or _on_border(triangles[found], across[found], border, best):
-            continue
-        a, b, c = rest[triangles[found, 0]], rest[triangles[found, 1]], rest[triangles[found, 2]]
-        if np.cross(b - a, c - a) @ (rest[p] - a) >= 0.0:
-            depths[number] = math.sqrt(nearest)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _on_border(corners, across, border, w):  # type: ignore[no-untyped-def]
-    for k in range(3):
-        if w[k] == 1.0 and border[corners[k]]:
-            return True
-        if w[(k + 2) % 3] == 0.0 and across[k] < 0:
-            return True
-    return False

@@ -20,7 +20,7 @@ from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.anatomy.folder import JAW_BONE
 from risorius_offline.anatomy.surface import boundary_faces
 from risorius_offline.discretisation import IntArray
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, WithoutContactPairs
 from risorius_offline.effects.signed_distance import SignedDistance
 
 # A node deeper in a bone at rest is part of the mesh's rim inside the skull, and has no contact with that bone.
@@ -73,14 +73,12 @@ class _Bone:
     moves: bool
 
 
-class BoneContact:
+class BoneContact(WithoutContactPairs):
     """Contact of all boundary nodes that are not prescribed with the bones of an anatomy; the jaw's moves with it.
 
     gap_tolerance: d in metres; pressure: p0 in pascals, at zero gap. Raises InputError that names a bone whose surface
     is not usable.
     """
-
-    notes: object = None
 
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = 3e-4, pressure: float = 50e3) -> None:
         self._tolerance, self._pressure = gap_tolerance, pressure
@@ -117,7 +115,7 @@ class BoneContact:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
         energy = 0.0
         for bone in self._bones:
-            touching, overlap, gradient, _ = self._contacts(bone, u)
+            touching, overlap, gradient, _ = self._touching(bone, u)
             areas = self.areas[touching]
             pressure = self._pressure * (overlap / self._tolerance) ** 2
             forces[self.nodes[touching]] -= (areas * pressure)[:, None] * gradient
@@ -128,10 +126,10 @@ class BoneContact:
         """Blocks (k, 3, 3) of the nodes in contact; with `project` their negative eigenvalues are raised to zero."""
         nodes, matrices = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3, 3))]
         for bone in self._bones:
-            touching, overlap, gradient, hessian = self._contacts(bone, u)
+            touching, overlap, gradient, hessian = self._touching(bone, u)
             scale = self.areas[touching] * self._pressure / self._tolerance**2
             nodes.append(self.nodes[touching])
-            matrices.append(stiffness(scale, overlap, gradient, hessian))
+            matrices.append(penalty_hessians(scale, overlap, gradient, hessian))
         blocks = np.concatenate(matrices)
         return NodeBlocks(np.concatenate(nodes)[:, None], positive_part(blocks) if project else blocks)
 
@@ -139,17 +137,10 @@ class BoneContact:
         """Whether no node is more than 2 mm inside a bone."""
         return bool(np.min(self.gaps(u), initial=np.inf) >= -LARGEST_APPROACH)
 
-    def note(self, u: FloatArray) -> None:
-        """Nothing: everything is looked at wherever it is."""
-
-    def missed(self, u: FloatArray) -> float:
-        """Return 0."""
-        return 0.0
-
     def push_out(self, u: FloatArray) -> None:
         """Move nodes that are more than 1 mm inside a bone to there, along the derivative of the distance."""
         for bone in self._bones:
-            touching, overlap, gradient, _ = self._contacts(bone, u)
+            touching, overlap, gradient, _ = self._touching(bone, u)
             deeper = np.maximum(overlap - self._tolerance - LARGEST_APPROACH / 2, 0.0)
             u[self.nodes[touching]] += deeper[:, None] * gradient
 
@@ -205,7 +196,7 @@ class BoneContact:
         """By how much (k,) the nodes are nearer than where contact begins; negative without contact."""
         return bone.onset - bone.distance.values(self._pose(bone).at_rest(self._rest + u[self.nodes]))
 
-    def _contacts(self, bone: _Bone, u: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    def _touching(self, bone: _Bone, u: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
         """Numbers (c,) among the contact nodes, overlap (c,) and derivatives of the distance where they touch."""
         overlap = self._overlap(bone, u)
         touching = np.flatnonzero(overlap > 0.0)
@@ -241,7 +232,7 @@ def _nodal_areas(anatomy: Anatomy) -> FloatArray:
     return areas
 
 
-def stiffness(scale: FloatArray, overlap: FloatArray, gradient: FloatArray, hessian: FloatArray) -> FloatArray:
+def penalty_hessians(scale: FloatArray, overlap: FloatArray, gradient: FloatArray, hessian: FloatArray) -> FloatArray:
     """Second derivatives (c, 3, 3) of scale / 3 overlap^3, by those of the distance that an overlap falls with."""
     normal = (2.0 * scale * overlap)[:, None, None] * gradient[:, :, None] * gradient[:, None, :]
     matrices: FloatArray = normal - (scale * overlap**2)[:, None, None] * hessian

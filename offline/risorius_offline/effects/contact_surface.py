@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from risorius.adjacency import triangles_across, vertex_fans
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.anatomy.surface import as_triangles, boundary_faces
@@ -49,28 +50,17 @@ class ContactSurface:
         third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
         areas = np.zeros(len(points))
         np.add.at(areas, triangles, third[:, None])
-        order = np.argsort(triangles.ravel(), kind="stable")
-        counts = np.bincount(triangles.ravel(), minlength=len(points))
+        around, starts = vertex_fans(triangles, len(points))
         return cls(
             nodes=np.arange(len(points)),
             points=points,
             areas=areas,
             bone=np.zeros(len(points), dtype=bool),
             triangles=triangles,
-            across=_triangles_across(triangles),
-            fans=order // 3,
-            fan_starts=np.concatenate([[0], np.cumsum(counts)]),
+            across=triangles_across(triangles),
+            fans=around,
+            fan_starts=starts,
         )
-
-
-def _triangles_across(triangles: IntArray) -> IntArray:
-    edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    sides = np.argsort(number.ravel(), kind="stable")
-    sides = sides[(count == 2)[number.ravel()[sides]]].reshape(-1, 2)
-    across = np.full(len(edges), -1)
-    across[sides[:, 0]], across[sides[:, 1]] = sides[:, 1] // 3, sides[:, 0] // 3
-    return across.reshape(-1, 3)
 
 
 @compiled

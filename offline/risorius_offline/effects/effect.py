@@ -24,10 +24,31 @@ class NodeBlocks:
         return cls(np.zeros((0, 1), dtype=np.int64), np.zeros((0, 3, 3)))
 
 
-class Unobstructed:
-    """Part of an effect that admits every displacement: nothing is pushed out, noted, and no step is shortened."""
+NO_CONTACTS: IntArray = np.zeros((0, 4), dtype=np.int64)
 
-    notes: object = None
+
+class WithoutContactPairs:
+    """Part of an effect that holds no contact pairs: what touches, if anything can, its energy finds by itself."""
+
+    @property
+    def contacts(self) -> IntArray:
+        """No pairs."""
+        return NO_CONTACTS
+
+    def search_contacts(self, u: FloatArray) -> IntArray:
+        """Return no pairs."""
+        return NO_CONTACTS
+
+    def hold_contacts(self, contacts: IntArray) -> None:
+        """Nothing."""
+
+    def missed_depth(self, u: FloatArray, contacts: IntArray) -> float:
+        """Return 0."""
+        return 0.0
+
+
+class Unobstructed(WithoutContactPairs):
+    """Part of an effect that admits every displacement: nothing is pushed out, and no step is shortened."""
 
     def admits(self, u: FloatArray) -> bool:
         """Return True."""
@@ -36,25 +57,21 @@ class Unobstructed:
     def push_out(self, u: FloatArray) -> None:
         """Nothing."""
 
-    def note(self, u: FloatArray) -> None:
-        """Nothing."""
-
-    def missed(self, u: FloatArray) -> float:
-        """Return 0."""
-        return 0.0
-
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:
         """Return 1."""
         return 1.0
 
 
 class Effect(Protocol):
-    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64.
+    """A term of the energy besides tissue and active stress. u is (n, 3) in metres, C-contiguous float64."""
 
-    notes: of what touches, which the energy rests on; None where it does not.
-    """
+    @property
+    def contacts(self) -> IntArray:
+        """The active set: pairs (c, 4) of a point and the corners of a triangle, of which the energy is.
 
-    notes: object
+        None where the energy finds what touches by itself.
+        """
+        ...
 
     def set_parameters(self, parameters: FloatArray) -> None:
         """Take the parameters (p,), muscle activations and then pose weights, for all later calls."""
@@ -80,12 +97,16 @@ class Effect(Protocol):
         """Move nodes of u, in place, to where it admits them, as far as it can tell where that is."""
         ...
 
-    def note(self, u: FloatArray) -> None:
-        """Take note of what touches at u, for all later calls, instead of what was noted before."""
+    def search_contacts(self, u: FloatArray) -> IntArray:
+        """Contact pairs (c, 4) at u; those that the effect holds stay."""
         ...
 
-    def missed(self, u: FloatArray) -> float:
-        """Metres by which something at u is deeper in something than what was noted has it; 0 where all is noted."""
+    def hold_contacts(self, contacts: IntArray) -> None:
+        """Hold contact pairs (c, 4) in place of those before, for all later calls."""
+        ...
+
+    def missed_depth(self, u: FloatArray, contacts: IntArray) -> float:
+        """Metres by which something at u is deeper in something by `contacts` than by those that the effect holds."""
         ...
 
     def largest_step(self, u: FloatArray, direction: FloatArray) -> float:

@@ -25,7 +25,7 @@ import numpy as np
 from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy
 from risorius_offline.effects.contact_surface import ContactSurface, multiplicity
-from risorius_offline.effects.effect import NodeBlocks
+from risorius_offline.effects.effect import NodeBlocks, WithoutContactPairs
 from risorius_offline.effects.pairs import PairList
 from risorius_offline.effects.point_triangle import (
     CORNERS,
@@ -48,13 +48,11 @@ _MARGIN = 0.5e-3
 _LONGEST_SWEEP, _LONGEST_MOTION = 4e-3, 0.2
 
 
-class LipContact:
+class LipContact(WithoutContactPairs):
     """The effect for an anatomy; gap_tolerance in metres is where contact begins.
 
     blind: numbers, in the surface of the anatomy, of the nodes that see nothing.
     """
-
-    notes: object = None
 
     def __init__(self, anatomy: Anatomy, gap_tolerance: float = GAP_TOLERANCE) -> None:
         surface = ContactSurface.of(anatomy)
@@ -93,13 +91,6 @@ class LipContact:
     def admits(self, u: FloatArray) -> bool:
         """Whether no node meets a triangle on the straight way there from rest."""
         return self.largest_step(np.zeros_like(u), u) == 1.0
-
-    def note(self, u: FloatArray) -> None:
-        """Nothing: everything is looked at wherever it is."""
-
-    def missed(self, u: FloatArray) -> float:
-        """Return 0."""
-        return 0.0
 
     def push_out(self, u: FloatArray) -> None:
         """Nothing: surfaces that went through each other do not tell which way is out."""

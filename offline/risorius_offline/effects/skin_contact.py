@@ -21,7 +21,7 @@ from risorius.jaw import FloatArray
 from risorius_offline.anatomy.anatomy import Anatomy, Surface
 from risorius_offline.contact_geometry import TEETH
 from risorius_offline.discretisation import IntArray
-from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, positive_part, stiffness
+from risorius_offline.effects.bone_contact import STILL, JawPose, Pose, penalty_hessians, positive_part
 from risorius_offline.effects.contact_surface import ContactSurface
 from risorius_offline.effects.effect import NodeBlocks, Unobstructed
 from risorius_offline.effects.signed_distance import SignedDistance
@@ -72,7 +72,7 @@ class SkinContact(Unobstructed):
     def add_forces(self, u: FloatArray, forces: FloatArray) -> float:
         """Add dE/du in newtons to `forces` (n, 3) and return the energy."""
         energy = 0.0
-        for touching, overlap, gradient, _ in self._contacts(u):
+        for touching, overlap, gradient, _ in self._touching(u):
             scale = self._scale[touching]
             forces -= self.weights[touching].T @ ((scale * overlap**2)[:, None] * gradient)
             energy += self._energy(scale, overlap)
@@ -81,9 +81,9 @@ class SkinContact(Unobstructed):
     def second_derivatives(self, u: FloatArray, *, project: bool) -> NodeBlocks:
         """A block for every point in contact."""
         points, matrices = [], []
-        for touching, overlap, gradient, hessian in self._contacts(u):
+        for touching, overlap, gradient, hessian in self._touching(u):
             points.append(touching)
-            matrices.append(stiffness(self._scale[touching], overlap, gradient, hessian))
+            matrices.append(penalty_hessians(self._scale[touching], overlap, gradient, hessian))
         if not points:
             return NodeBlocks.none()
         nodes, shares = carriers(self.weights[np.concatenate(points)])
@@ -102,7 +102,7 @@ class SkinContact(Unobstructed):
     def _pose(self, tooth: _Tooth) -> Pose:
         return self._jaw.pose if tooth.moves else STILL
 
-    def _contacts(self, u: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
+    def _touching(self, u: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
         """Of teeth that points touch: numbers (c,) of these, overlap (c,) and derivatives of the distance there."""
         places = self._places(u)
         for tooth in self._teeth:
