@@ -350,7 +350,7 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
     look, rng, far = contact._look, np.random.default_rng(1), 0
     for _ in range(60):
         vertices = random_lips(rest, rng)
-        told = look.resolve(vertices, False)
+        told = look.resolve(vertices)
         far += np.linalg.norm(look.moved, axis=1).max() > FAR_MOVED
         assert look.deepest(vertices) <= max(told, 0.0) + 1e-6
     assert far > 40

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_groups import LipGroups
-from risorius.effects.contact_kernels import TOLERATED, move_jaw
+from risorius.effects.contact_kernels import ENOUGH, TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
@@ -29,7 +29,7 @@ from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
-PRESSES = 2  # sweeps at most, out of what a look that makes sure has found
+PRESSES = 3  # times at most, out of what a look that makes sure has found
 
 
 class Contact:
@@ -89,17 +89,20 @@ class Contact:
     def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        depth = self._look.resolve(vertices, mended)
-        return self._pressed(vertices) if mended or depth > TOLERATED else depth
+        if mended:
+            self._look.find_teeth(vertices)
+            return self._surely_out(vertices, ENOUGH)
+        depth = self._look.resolve(vertices)
+        return self._surely_out(vertices, TOLERATED) if depth > TOLERATED else depth
 
-    def _pressed(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Make sure of what is left, moving vertices out of it; return metres that are left of it."""
+    def _surely_out(self, vertices: npt.NDArray[np.float32], enough: float) -> float:
+        """Move vertices out of what a look that makes sure finds deeper than enough; return metres that are left."""
         depth = self._look.proven(vertices)
         for _ in range(PRESSES):
-            if depth <= TOLERATED:
+            if depth <= enough:
                 break
             self._look.press(vertices)
-            depth = self._look.proven(vertices)
+            depth, enough = self._look.proven(vertices), TOLERATED
         return depth
 
     def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
@@ -116,8 +119,8 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            self._look.resolve(vertices, True)
-            depth = self._pressed(vertices)
+            self._look.find_teeth(vertices)
+            depth = self._surely_out(vertices, ENOUGH)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

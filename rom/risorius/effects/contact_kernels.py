@@ -316,6 +316,17 @@ def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  #
 
 
 @_compiled
+def find_teeth(x, teeth, lips, patches, state):  # type: ignore[no-untyped-def]
+    """Look at all that may touch teeth; nothing has been moved yet."""
+    which, gaps, moved = state[1], state[3], state[9]
+    leaders, slack, order, order_starts = patches
+    moved[:], gaps[:] = 0.0, 0.0
+    which[: len(leaders)] = leaders
+    _approach(x, teeth, lips, len(leaders), 0, state)
+    _approach(x, teeth, lips, beyond_leaders(x, teeth[0], order, order_starts, slack, APART, gaps, which), 0, state)
+
+
+@_compiled
 def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
     """Find the gaps of all points, whatever bounds tell."""
     at, which, which_lips = state[:3]
@@ -433,22 +444,33 @@ def deepest(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  
 
 
 @_compiled
-def press(x, teeth, lips, vertices, gaps_lips, ways_lips, rows, columns, state):  # type: ignore[no-untyped-def]
-    """Sweep once, lips by gaps (l,) and ways (l, 3) of these vertices, and look at what may be in teeth then."""
+def press(x, teeth, lips, points, proof, rows, columns, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of what a look that makes sure has found, and out of teeth.
+
+    points: vertices (l,) of the lips and their places at rest (l, 3). proof: triangles at which they are, gaps, ways.
+    Only what is in the other lip by that look is followed, downhill from the triangle that is nearest to it.
+    """
     _at, which, _which_lips, gaps, ways, _gaps_lips, _ways_lips, wanted, total, moved, shifts = state
-    gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-    gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-    farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
-    take_off_shifts(teeth[0], shifts, farthest, gaps)
-    _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
+    vertices, places = points
+    at, which_lips, gaps_lips, ways_lips = proof
+    _vertices, _facing, _places, triangles, across, planes, sign = lips
+    count_lips = below(0.0, gaps_lips, which_lips)
+    for sweep in range(SWEEPS):
+        gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
+        gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+        farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+        take_off_shifts(teeth[0], shifts, farthest, gaps)
+        _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
+        gaps_to_lips(
+            x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
+        )
+        if _deepest(gaps, gaps_lips) < (ENOUGH if sweep < FIRST - 1 else LITTLE):
+            break
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, sure, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most.
-
-    sure: a look that makes sure follows, so that lips are not looked at again after the sweeps.
-    """
+def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
@@ -466,9 +488,6 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, cor
                 count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
                 _approach(x, teeth, lips, count, count_lips, state)
         if sweeps == swept:
-            break
-        if sure:
-            _approach(x, teeth, lips, below(-TOLERATED, gaps, which), 0, state)
             break
         if _moved_far(moved):
             _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import deepest, find_gaps, press, put_back, resolve, smallest
+from risorius.effects.contact_kernels import deepest, find_gaps, find_teeth, press, put_back, resolve, smallest
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -62,25 +62,25 @@ class ContactLook:
         )  # fmt: skip
         self._proof = LipProof(tables, groups, side_of, retreat)
 
-    def resolve(self, vertices: npt.NDArray[np.float32], sure: bool) -> float:
+    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
 
-        sure: `proven` is called next, whatever is left. Returns metres that any point is left in anything at the most,
-        negative where none is.
+        Returns metres that any point is left in anything at the most, negative where none is.
         """
         depth = resolve(
             vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            sure, self._state,
+            self._state,
         )  # fmt: skip
         return float(depth)
 
+    def find_teeth(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Look at teeth alone, of vertices (n, 3) that nothing has moved yet."""
+        find_teeth(vertices, self._teeth, self._lips, self._patches[0], self._state)
+
     def press(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Move vertices (n, 3) once out of what `proven` has found."""
+        """Move vertices (n, 3) out of what `proven` has found."""
         proof = self._proof
-        press(
-            vertices, self._teeth, self._lips, proof.vertices, proof.gaps, proof.ways, self._rows, self._columns,
-            self._state,
-        )  # fmt: skip
+        press(vertices, self._teeth, self._lips, proof.points, proof.state, self._rows, self._columns, self._state)
 
     def proven(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""

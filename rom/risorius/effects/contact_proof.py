@@ -18,13 +18,14 @@ from risorius.effects.contact_planes import beyond_planes
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_behind, lanes_within
-from risorius.winding_number import winding_number
+from risorius.vector_sums import least_squared
+from risorius.winding_number import place_corners, winding_number_of
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 ROUNDING = 1e-7  # metres, of single precision
 NOWHERE = 1e3  # metres: where there is nothing near
-ALIKE = 1e-3  # metres between points that are in tissue or out of it together
+ALIKE = 1e-3  # metres between points of a lip that are in tissue or out of it together
 
 
 @_compiled
@@ -40,9 +41,10 @@ def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _enclose(x, triangles, members, spheres):  # type: ignore[no-untyped-def]
-    """Set spheres (4, g), centres and radii, about groups of triangles of vertices x (n, 3)."""
+def _enclose(x, triangles, members, spheres, corners):  # type: ignore[no-untyped-def]
+    """Set spheres (4, g), centres and radii, about groups of triangles, and (4, g * LANES) about a corner of each."""
     xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
+    cx, cy, cz, sizes = corners[0], corners[1], corners[2], corners[3]
     for group in range(len(members)):
         if members[group, 0] < 0:
             continue
@@ -58,6 +60,15 @@ def _enclose(x, triangles, members, spheres):  # type: ignore[no-untyped-def]
                 a, b, c = x[q, 0] - u, x[q, 1] - v, x[q, 2] - w
                 most = max(most, a * a + b * b + c * c)
         xs[group], ys[group], zs[group], radii[group] = u, v, w, math.sqrt(most) + ROUNDING
+        for m in range(LANES):
+            o, farthest = triangles[members[group, m], 0], 0.0
+            for k in range(1, 3):
+                q = triangles[members[group, m], k]
+                a, b, c = x[q, 0] - x[o, 0], x[q, 1] - x[o, 1], x[q, 2] - x[o, 2]
+                farthest = max(farthest, a * a + b * b + c * c)
+            lane = LANES * group + m
+            cx[lane], cy[lane], cz[lane] = x[o, 0], x[o, 1], x[o, 2]
+            sizes[lane] = math.sqrt(farthest) + ROUNDING
 
 
 @_compiled
@@ -102,15 +113,17 @@ def _near_groups(px, py, pz, reach, first, last, spheres, near, near_spheres):  
 
 @_compiled
 def _candidates(  # type: ignore[no-untyped-def]
-    x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, near, near_spheres, found, gaps,
-    which, count,
+    x, rest, vertices, triangles, turned, faced, corners, at, members, order, begin, end, near, near_spheres, found,
+    gaps, which, count,
 ):  # fmt: skip
     """Write the numbers of points of a patch, order[begin:end], that may be in the other lip; return how many now.
 
-    These are behind a triangle, before which they are at rest, no farther from it than from the one that they are `at`.
-    Gaps (l,) of more than 0 are of points that are clear, and become at least as large as the distance of others.
+    These are behind a triangle, before which they are at rest, no farther from it than from the one that they are `at`,
+    and than from a corner of each that is near. Gaps (l,) of more than 0 are of points that are clear, and become at
+    least as large as the distance of others.
     """
     xs, ys, zs, radii = near_spheres[0], near_spheres[1], near_spheres[2], near_spheres[3]
+    cx, cy, cz, sizes = corners[0], corners[1], corners[2], corners[3]
     for e in range(begin, end):
         number = order[e]
         if gaps[number] > 0.0:
@@ -123,6 +136,14 @@ def _candidates(  # type: ignore[no-untyped-def]
             px, py, pz, x[a, 0], x[a, 1], x[a, 2], x[b, 0], x[b, 1], x[b, 2], x[c, 0], x[c, 1], x[c, 2]
         )[0]
         reach = np.float32(min(math.sqrt(square) * (1.0 + 1e-4) + ROUNDING, DEEPEST))
+        least = reach * reach
+        for start in range(0, found, LANES):
+            within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
+            while within != 0:
+                group = near[start + first_lane(within)]
+                within &= within - 1
+                least = min(least, least_squared(cx, cy, cz, LANES * group, px, py, pz))
+        reach = min(reach, np.float32(math.sqrt(least) * np.float32(1.0 + 1e-4) + np.float32(ROUNDING)))
         gaps[number] = reach
         deep = False
         for start in range(0, found, LANES):
@@ -132,6 +153,7 @@ def _candidates(  # type: ignore[no-untyped-def]
                 within &= within - 1
                 behind = lanes_behind(turned, 4 * LANES * group, px, py, pz)
                 behind &= ~lanes_behind(faced, 4 * LANES * group, ox, oy, oz)
+                behind &= lanes_within(cx, cy, cz, sizes, LANES * group, px, py, pz, reach)
                 while behind != 0 and not deep:
                     t = members[group, first_lane(behind)]
                     behind &= behind - 1
@@ -148,21 +170,43 @@ def _candidates(  # type: ignore[no-untyped-def]
 
 @_compiled
 def _nearest(  # type: ignore[no-untyped-def]
-    px, py, pz, ox, oy, oz, most, x, triangles, across, planes, sign, border, members, near, near_spheres, found, way
+    px,
+    py,
+    pz,
+    ox,
+    oy,
+    oz,
+    most,
+    x,
+    triangles,
+    across,
+    planes,
+    sign,
+    border,
+    members,
+    corners,
+    near,
+    near_spheres,
+    found,
+    way,
 ):
     """Gap to the nearest triangle of the groups near a point, at (ox, oy, oz) at rest, and which; sets the way out.
 
     most: metres that it is not farther than.
     """
+    xs, ys, zs, sizes = corners[0], corners[1], corners[2], corners[3]
+    fx, fy, fz = np.float32(px), np.float32(py), np.float32(pz)
     least, cosine, best, w0, w1, w2 = most * most, 0.0, -1, 0.0, 0.0, 0.0
     for k in range(found):
         group = near[k]
         a, b, c = near_spheres[0, k] - px, near_spheres[1, k] - py, near_spheres[2, k] - pz
-        reach = near_spheres[3, k] + math.sqrt(least) * (1.0 + 1e-6)
-        if a * a + b * b + c * c > reach * reach:
+        reach = math.sqrt(least) * (1.0 + 1e-6)
+        if a * a + b * b + c * c > (near_spheres[3, k] + reach) ** 2:
             continue
-        for m in range(LANES):
-            t = members[group, m]
+        within = lanes_within(xs, ys, zs, sizes, LANES * group, fx, fy, fz, np.float32(reach + ROUNDING))
+        while within != 0:
+            t = members[group, first_lane(within)]
+            within &= within - 1
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             ax, ay, az = float(x[a, 0]), float(x[a, 1]), float(x[a, 2])
             bx, by, bz = float(x[b, 0]), float(x[b, 1]), float(x[b, 2])
@@ -208,38 +252,53 @@ def _beside(x, vertex, fan_starts, fans, triangles, sign, place):  # type: ignor
 
 
 @_compiled
-def _deepest_of(patch, order, starts, gaps):  # type: ignore[no-untyped-def]
-    """Number of the deepest point of a patch, -1 where none is deeper than TOLERATED."""
+def _deepest_of(which, count, told, gaps):  # type: ignore[no-untyped-def]
+    """Number of the deepest of candidates that nothing is told of yet, -1 where none is deeper than TOLERATED."""
     deepest, gap = -1, -TOLERATED
-    for e in range(starts[patch], starts[patch + 1]):
-        if gaps[order[e]] < gap:
-            deepest, gap = order[e], gaps[order[e]]
+    for e in range(count):
+        if told[e] == 0 and gaps[which[e]] < gap:
+            deepest, gap = which[e], gaps[which[e]]
     return deepest
 
 
 @_compiled
-def _believe(x, rest, points, triangles, sign, skin, place, gaps):  # type: ignore[no-untyped-def]
-    """Turn gaps (l,) of what is deeper than TOLERATED, but around which no skin has closed, into positive ones.
+def _tell(x, vertices, sides, o, reach, inside, which, count, told, gaps):  # type: ignore[no-untyped-def]
+    """Tell candidates on the lip of vertex o and within reach of it whether they are inside, as it is."""
+    side = sides[o]
+    for e in range(count):
+        number = which[e]
+        if told[e] != 0 or sides[number] != side:
+            continue
+        p, q = vertices[number], vertices[o]
+        u, v, w = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
+        if u * u + v * v + w * w <= reach * reach:
+            told[e] = 1
+            gaps[number] = gaps[number] if inside else abs(gaps[number])
 
-    That is asked of the deepest point of a patch, for all that lies within ALIKE of it, and of what is deepest then.
+
+@_compiled
+def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):  # type: ignore[no-untyped-def]
+    """Turn gaps of candidates that are deeper than TOLERATED, but around which no skin has closed, into positive ones.
+
+    That is asked of the deepest, for all of its lip that is nearer to it than the other lip, or than ALIKE, and of what
+    is deepest then: no surface is in between.
     """
-    vertices, _sides, order, starts, fan_starts, fans, at_rest = points
-    for patch in range(len(starts) - 1):
-        deepest = _deepest_of(patch, order, starts, gaps)
-        while deepest >= 0:
-            o = vertices[deepest]
-            if math.isnan(at_rest[deepest]):
-                _beside(rest, o, fan_starts, fans, triangles, sign, place)
-                at_rest[deepest] = sign * winding_number(place, rest, skin)
-            _beside(x, o, fan_starts, fans, triangles, sign, place)
-            if sign * winding_number(place, x, skin) - at_rest[deepest] > WOUND:
-                break
-            for e in range(starts[patch], starts[patch + 1]):
-                p = vertices[order[e]]
-                u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
-                if u * u + v * v + w * w <= ALIKE * ALIKE:
-                    gaps[order[e]] = abs(gaps[order[e]])
-            deepest = _deepest_of(patch, order, starts, gaps)
+    vertices, sides, _order, _starts, fan_starts, fans, at_rest = points
+    of_rest, corners, told, triangles_around = skin
+    told[:count] = 0
+    deepest, placed = _deepest_of(which, count, told, gaps), False
+    while deepest >= 0:
+        if not placed:
+            place_corners(x, triangles_around, corners)
+            placed = True
+        if math.isnan(at_rest[deepest]):
+            _beside(rest, vertices[deepest], fan_starts, fans, triangles, sign, place)
+            at_rest[deepest] = sign * winding_number_of(place[0], place[1], place[2], of_rest)
+        _beside(x, vertices[deepest], fan_starts, fans, triangles, sign, place)
+        inside = sign * winding_number_of(place[0], place[1], place[2], corners) - at_rest[deepest] > WOUND
+        reach = max(ALIKE, -gaps[deepest])
+        _tell(x, vertices, sides, deepest, reach, inside, which, count, told, gaps)
+        deepest = _deepest_of(which, count, told, gaps)
 
 
 @_compiled
@@ -247,18 +306,19 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
     """Set gaps (l,) of all points of the lips, negative in the other lip, and ways out of it; return the smallest.
 
     points: vertices (l,), their sides, patches of them, triangles around each of all vertices, and winding numbers at
-    rest, NaN where not known yet. surface: triangles of the lips as in `ContactTables`, flags of their borders, and
-    triangles of all skin around. between: what `beyond_planes` reads. groups: numbers of triangles, those of side 0
-    first, rows of -1 up to whole LANES, their planes at rest, and where those of side 1 begin.
+    rest, NaN where not known yet. surface: triangles of the lips as in `ContactTables`, flags of their borders, and of
+    all skin around: corners at rest, working space for these now and for what has been told, triangles. between: what
+    `beyond_planes` reads. groups: numbers of triangles, those of side 0 first, rows of -1 up to whole LANES, their
+    planes at rest, and where those of side 1 begin.
     """
     vertices, sides, order, order_starts = points[:4]
     triangles, across, planes, sign, border, skin = surface
     members, faced, split = groups
-    reaches, spheres, turned, near, near_spheres, place = work
+    reaches, spheres, corners, turned, near, near_spheres, way, place = work
     at, which, gaps, ways = state
     beyond_planes(x, vertices, between, gaps)
     _reach(x, vertices, order, order_starts, reaches)
-    _enclose(x, triangles, members, spheres)
+    _enclose(x, triangles, members, spheres, corners)
     turn_planes(x, triangles, members, sign, turned)
     count = 0
     for patch in range(len(order_starts) - 1):
@@ -270,8 +330,8 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
         p, reach = vertices[leader], np.float32(DEEPEST + reaches[patch])
         found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         count = _candidates(
-            x, rest, vertices, triangles, turned, faced, at, members, order, begin, end, near, near_spheres, found,
-            gaps, which, count,
+            x, rest, vertices, triangles, turned, faced, corners, at, members, order, begin, end, near, near_spheres,
+            found, gaps, which, count,
         )  # fmt: skip
     for e in range(count):
         number = which[e]
@@ -281,11 +341,11 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
         found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         gaps[number], best = _nearest(
             float(x[p, 0]), float(x[p, 1]), float(x[p, 2]), float(rest[p, 0]), float(rest[p, 1]), float(rest[p, 2]),
-            gaps[number], x, triangles, across, planes, sign, border, members, near, near_spheres, found, place,
+            gaps[number], x, triangles, across, planes, sign, border, members, corners, near, near_spheres, found, way,
         )  # fmt: skip
         at[number] = at[number] if best < 0 else best
-        ways[number, 0], ways[number, 1], ways[number, 2] = place[0], place[1], place[2]
-    _believe(x, rest, points, triangles, sign, skin, place, gaps)
+        ways[number, 0], ways[number, 1], ways[number, 2] = way[0], way[1], way[2]
+    _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps)
     return smallest(gaps)
 
 

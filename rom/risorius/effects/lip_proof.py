@@ -14,6 +14,7 @@ from risorius.effects.contact_tables import ContactTables
 from risorius.effects.retreat import Retreat
 from risorius.lip_sheets import on_border
 from risorius.vector_lanes import LANES
+from risorius.winding_number import place_corners
 
 Numbers = npt.NDArray[np.int32]
 
@@ -22,7 +23,8 @@ class LipProof:
     """Looks at every vertex of the lips. Not thread-safe: it owns what it works with.
 
     side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest, as far as a retreat tells.
-    vertices (l,): those that are looked at; gaps (l,) and ways out (l, 3) are what has been found.
+    points: vertices (l,) that are looked at, and where they are at rest (l, 3). state: triangles (l,) near these,
+    working space, gaps (l,) and ways out (l, 3).
     """
 
     def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
@@ -30,33 +32,38 @@ class LipProof:
         self.rest = np.zeros((len(side_of), 3), np.float32)
         self.rest[retreat.vertices] = retreat.places
         side_of_triangle = side_of[t.triangles[:, 0]]
-        self.vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
-        sides, count = side_of[self.vertices], len(self.vertices)
-        patches = Patches.of(t.shares[self.vertices], sides)
+        vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
+        sides, count = side_of[vertices], len(vertices)
+        patches = Patches.of(t.shares[vertices], sides)
         centres = self.rest[t.triangles].mean(axis=1)
         fans = _fans(t.triangles, len(side_of))
         self._points = (
-            self.vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
+            vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
             fans.indices.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
-        self._surface = t.triangles, t.across, t.planes, sign, border, retreat.skin
+        of_rest = np.empty((9, len(retreat.skin)), np.float32)
+        place_corners(self.rest, retreat.skin, of_rest)
+        skin = of_rest, np.empty_like(of_rest), np.zeros(count, np.int8), retreat.skin
+        self._surface = t.triangles, t.across, t.planes, sign, border, skin
         members, split = _groups(centres, side_of_triangle)
         faced = np.zeros((len(members), 4, LANES), np.float32)
         turn_planes(self.rest, t.triangles, members, sign, faced)
-        self._between, self._groups = between.kernel(self.vertices), (members, faced, split)
+        self._between, self._groups = between.kernel(vertices), (members, faced, split)
         self._work = (
-            np.zeros(len(patches.leaders)), np.full((4, len(members)), NOWHERE, np.float32), np.zeros_like(faced),
+            np.zeros(len(patches.leaders)), np.full((4, len(members)), NOWHERE, np.float32),
+            np.zeros((4, members.size), np.float32), np.zeros_like(faced),
             np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32), np.zeros(3),
+            np.zeros(3, np.float32),
         )  # fmt: skip
-        self.gaps, self.ways = np.zeros(count), np.zeros((count, 3))
-        at = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
-        self._state = at, np.zeros(count, np.int32), self.gaps, self.ways
+        self.points = vertices, self.rest[vertices]
+        at = _facing(centres, side_of_triangle, self.points[1], sides)
+        self.state = at, np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
 
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
         smallest = prove(
-            vertices, self.rest, self._points, self._surface, self._between, self._groups, self._work, self._state
+            vertices, self.rest, self._points, self._surface, self._between, self._groups, self._work, self.state
         )
         return -float(smallest)
 
