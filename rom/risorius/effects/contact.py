@@ -29,7 +29,7 @@ from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
-PRESSES = 3  # times at most, out of what a look that makes sure has found
+PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
 
 
 class Contact:
@@ -89,19 +89,30 @@ class Contact:
     def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
+        return self._move_out(vertices, mended)
+
+    def _move_out(self, vertices: npt.NDArray[np.float32], mended: bool) -> float:
+        """Move vertices out of teeth and lips; return metres that are left.
+
+        Where tissue was folded, what a look that makes sure finds is followed first: what the quick one takes for deep
+        there may be beside the other lip. Either may lead where the other does not.
+        """
         if mended:
             self._look.find_teeth(vertices)
-            return self._surely_out(vertices, ENOUGH)
+            depth = self._follow_proof(vertices, ENOUGH)
+            if depth <= TOLERATED:
+                return depth
+            self._look.put_back(vertices)
         depth = self._look.resolve(vertices)
-        return self._surely_out(vertices, TOLERATED) if depth > TOLERATED else depth
+        return self._follow_proof(vertices, TOLERATED) if mended or depth > TOLERATED else depth
 
-    def _surely_out(self, vertices: npt.NDArray[np.float32], enough: float) -> float:
+    def _follow_proof(self, vertices: npt.NDArray[np.float32], enough: float) -> float:
         """Move vertices out of what a look that makes sure finds deeper than enough; return metres that are left."""
         depth = self._look.proven(vertices)
-        for _ in range(PRESSES):
+        for _ in range(PROOFS):
             if depth <= enough:
                 break
-            self._look.press(vertices)
+            self._look.resolve_proven(vertices)
             depth, enough = self._look.proven(vertices), TOLERATED
         return depth
 
@@ -119,8 +130,7 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            self._look.find_teeth(vertices)
-            depth = self._surely_out(vertices, ENOUGH)
+            depth = self._move_out(vertices, True)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

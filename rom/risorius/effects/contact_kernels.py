@@ -444,49 +444,31 @@ def deepest(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  
 
 
 @_compiled
-def press(x, teeth, lips, points, proof, rows, columns, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of what a look that makes sure has found, and out of teeth.
-
-    points: vertices (l,) of the lips and their places at rest (l, 3). proof: triangles at which they are, gaps, ways.
-    Only what is in the other lip by that look is followed, downhill from the triangle that is nearest to it.
-    """
-    _at, which, _which_lips, gaps, ways, _gaps_lips, _ways_lips, wanted, total, moved, shifts = state
-    vertices, places = points
-    at, which_lips, gaps_lips, ways_lips = proof
-    _vertices, _facing, _places, triangles, across, planes, sign = lips
-    count_lips = below(0.0, gaps_lips, which_lips)
-    for sweep in range(SWEEPS):
+def _sweep(x, teeth, lips, rows, columns, sweeps, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of what the last look has found; return how many sweeps there have been then."""
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+    while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
         gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-        gather(vertices, gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
+        gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
         farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
         take_off_shifts(teeth[0], shifts, farthest, gaps)
-        _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
-        gaps_to_lips(
-            x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips
-        )
-        if _deepest(gaps, gaps_lips) < (ENOUGH if sweep < FIRST - 1 else LITTLE):
-            break
+        take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
+        sweeps += 1
+        if sweeps < SWEEPS:
+            count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
+            _approach(x, teeth, lips, count, count_lips, state)
+    return sweeps
 
 
 @_compiled
 def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+    which, which_lips, gaps, gaps_lips, moved = state[1], state[2], state[3], state[5], state[9]
     moved[:] = 0.0
     _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     sweeps = 0
     for _round in range(ROUNDS):
-        swept = sweeps
-        while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
-            gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
-            gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-            farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
-            take_off_shifts(teeth[0], shifts, farthest, gaps)
-            take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
-            sweeps += 1
-            if sweeps < SWEEPS:
-                count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
-                _approach(x, teeth, lips, count, count_lips, state)
+        swept, sweeps = sweeps, _sweep(x, teeth, lips, rows, columns, sweeps, state)
         if sweeps == swept:
             break
         if _moved_far(moved):
@@ -498,3 +480,26 @@ def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, cor
         _place(x, corners[2], corners[5])
         _look(x, teeth, lips, corners, count, count_lips, state)
     return _deepest(gaps, gaps_lips)
+
+
+@_compiled
+def resolve_proven(  # type: ignore[no-untyped-def]
+    x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, proven, proof, state
+):
+    """Move vertices x (n, 3) out of teeth, and out of what a look that makes sure tells to be in the other lip.
+
+    proven (l,): which of its points the points of the lips are; proof: triangles that these are at, gaps, ways out.
+    """
+    at, which, _which_lips, gaps, _ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
+    at_proven, _space, gaps_proven, ways_proven = proof
+    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
+    for number in range(len(proven)):
+        k = proven[number]
+        if gaps_proven[k] < 0.0:
+            at[number], gaps_lips[number] = at_proven[k], gaps_proven[k]
+            for i in range(3):
+                ways_lips[number, i] = ways_proven[k, i]
+        else:
+            gaps_lips[number] = abs(gaps_lips[number])
+    _sweep(x, teeth, lips, rows, columns, 0, state)
+    _approach(x, teeth, lips, below(-TOLERATED, gaps, which), 0, state)

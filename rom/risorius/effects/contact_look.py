@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import deepest, find_gaps, find_teeth, press, put_back, resolve, smallest
+from risorius.effects.contact_kernels import deepest, find_gaps, find_teeth, put_back, resolve, resolve_proven, smallest
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -61,6 +61,7 @@ class ContactLook:
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
         self._proof = LipProof(tables, groups, side_of, retreat)
+        self._proven = np.searchsorted(self._proof.vertices, t.vertices).astype(np.int32)
 
     def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
         """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
@@ -77,10 +78,12 @@ class ContactLook:
         """Look at teeth alone, of vertices (n, 3) that nothing has moved yet."""
         find_teeth(vertices, self._teeth, self._lips, self._patches[0], self._state)
 
-    def press(self, vertices: npt.NDArray[np.float32]) -> None:
+    def resolve_proven(self, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of what `proven` has found."""
-        proof = self._proof
-        press(vertices, self._teeth, self._lips, proof.points, proof.state, self._rows, self._columns, self._state)
+        resolve_proven(
+            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
+            self._proven, self._proof.state, self._state,
+        )  # fmt: skip
 
     def proven(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""

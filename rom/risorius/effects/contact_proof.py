@@ -262,26 +262,23 @@ def _deepest_of(which, count, told, gaps):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _tell(x, vertices, sides, o, reach, inside, which, count, told, gaps):  # type: ignore[no-untyped-def]
-    """Tell candidates on the lip of vertex o and within reach of it whether they are inside, as it is."""
-    side = sides[o]
+def _keep_around(x, vertices, sides, o, which, count, told, gaps):  # type: ignore[no-untyped-def]
+    """Tell candidates that they are inside: those on the lip of point o, which is, and within reach of it."""
+    side, q, reach = sides[o], vertices[o], max(ALIKE, -gaps[o])
     for e in range(count):
-        number = which[e]
-        if told[e] != 0 or sides[number] != side:
-            continue
-        p, q = vertices[number], vertices[o]
+        p = vertices[which[e]]
         u, v, w = x[p, 0] - x[q, 0], x[p, 1] - x[q, 1], x[p, 2] - x[q, 2]
-        if u * u + v * v + w * w <= reach * reach:
+        if sides[which[e]] == side and u * u + v * v + w * w <= reach * reach:
             told[e] = 1
-            gaps[number] = gaps[number] if inside else abs(gaps[number])
 
 
 @_compiled
 def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):  # type: ignore[no-untyped-def]
     """Turn gaps of candidates that are deeper than TOLERATED, but around which no skin has closed, into positive ones.
 
-    That is asked of the deepest, for all of its lip that is nearer to it than the other lip, or than ALIKE, and of what
-    is deepest then: no surface is in between.
+    That is asked of the deepest, then of what is deepest of the others. What is nearer to one that is inside than that
+    is to the other lip is inside, too, since no surface is in between. Outside, winding numbers are too close to WOUND
+    around a rim for one to tell of others.
     """
     vertices, sides, _order, _starts, fan_starts, fans, at_rest = points
     of_rest, corners, told, triangles_around = skin
@@ -295,9 +292,10 @@ def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):
             _beside(rest, vertices[deepest], fan_starts, fans, triangles, sign, place)
             at_rest[deepest] = sign * winding_number_of(place[0], place[1], place[2], of_rest)
         _beside(x, vertices[deepest], fan_starts, fans, triangles, sign, place)
-        inside = sign * winding_number_of(place[0], place[1], place[2], corners) - at_rest[deepest] > WOUND
-        reach = max(ALIKE, -gaps[deepest])
-        _tell(x, vertices, sides, deepest, reach, inside, which, count, told, gaps)
+        if sign * winding_number_of(place[0], place[1], place[2], corners) - at_rest[deepest] > WOUND:
+            _keep_around(x, vertices, sides, deepest, which, count, told, gaps)
+        else:
+            gaps[deepest] = -gaps[deepest]
         deepest = _deepest_of(which, count, told, gaps)
 
 

@@ -23,8 +23,8 @@ class LipProof:
     """Looks at every vertex of the lips. Not thread-safe: it owns what it works with.
 
     side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest, as far as a retreat tells.
-    points: vertices (l,) that are looked at, and where they are at rest (l, 3). state: triangles (l,) near these,
-    working space, gaps (l,) and ways out (l, 3).
+    vertices (l,): those that are looked at. state: triangles (l,) near these, working space, gaps (l,) and ways out
+    (l, 3).
     """
 
     def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
@@ -32,13 +32,13 @@ class LipProof:
         self.rest = np.zeros((len(side_of), 3), np.float32)
         self.rest[retreat.vertices] = retreat.places
         side_of_triangle = side_of[t.triangles[:, 0]]
-        vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
-        sides, count = side_of[vertices], len(vertices)
-        patches = Patches.of(t.shares[vertices], sides)
+        self.vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
+        sides, count = side_of[self.vertices], len(self.vertices)
+        patches = Patches.of(t.shares[self.vertices], sides)
         centres = self.rest[t.triangles].mean(axis=1)
         fans = _fans(t.triangles, len(side_of))
         self._points = (
-            vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
+            self.vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
             fans.indices.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
@@ -49,15 +49,14 @@ class LipProof:
         members, split = _groups(centres, side_of_triangle)
         faced = np.zeros((len(members), 4, LANES), np.float32)
         turn_planes(self.rest, t.triangles, members, sign, faced)
-        self._between, self._groups = between.kernel(vertices), (members, faced, split)
+        self._between, self._groups = between.kernel(self.vertices), (members, faced, split)
         self._work = (
             np.zeros(len(patches.leaders)), np.full((4, len(members)), NOWHERE, np.float32),
             np.zeros((4, members.size), np.float32), np.zeros_like(faced),
             np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32), np.zeros(3),
             np.zeros(3, np.float32),
         )  # fmt: skip
-        self.points = vertices, self.rest[vertices]
-        at = _facing(centres, side_of_triangle, self.points[1], sides)
+        at = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
         self.state = at, np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
 
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
