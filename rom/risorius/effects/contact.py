@@ -130,7 +130,8 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            depth = self._move_out(vertices, True)
+            self._look.find_teeth(vertices)
+            depth = self._follow_proof(vertices, ENOUGH)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices
