@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from risorius.errors import InputError
 from risorius.evaluators.competition import AdmissibleWeights, fit_competition
@@ -32,7 +33,8 @@ def fit_network(observations: Observations) -> NetworkMap:
         np.arange(count), np.ones(count), np.ones(observations.coordinates.shape[1])
     )
     competition = fit_competition(observations)
-    members = tuple(_trained(observations, reflection, competition, seed) for seed in range(MEMBERS))
+    with threadpool_limits(1):  # products are small: threads that wait for each other take four times the CPU time
+        members = tuple(_trained(observations, reflection, competition, seed) for seed in range(MEMBERS))
     return NetworkMap(members, reflection, np.arange(count))
 
 
