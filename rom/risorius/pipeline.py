@@ -48,7 +48,6 @@ class Pipeline:
         self._middle = setting.middle
         self._surface = surface
         self.parameters = np.zeros(len(model.inputs.parameters))
-        self._setting, self._at_rest = setting, effects
         self._effects = [effect.at(setting) for effect in effects]
         self._own = np.split(self._used[self._face :], np.cumsum(own)[:-1]) if own else []
         watch = None if model.watch is None else model.watch.leading(self._face)
@@ -94,7 +93,7 @@ class Pipeline:
         if self._effects and not largest_size(out.reshape(-1)) <= self._farthest:
             self._surface.write(self._used, out)
             self.verdict, self.moved, self.gave_way = Verdict.HELD, math.inf, 0.0
-            self._restart_effects()
+            self._restart()
 
     def _settle(self) -> None:
         """Let the guard judge the coordinates; what has brought a frame down does not go on into the next."""
@@ -105,10 +104,11 @@ class Pipeline:
             self._answered -= self._used
             self.moved = self._surface.reach(self._answered)
         if self.verdict is Verdict.HELD:
-            self._restart_effects()
+            self._restart()
 
-    def _restart_effects(self) -> None:
-        self._effects = [effect.at(self._setting) for effect in self._at_rest]
+    def _restart(self) -> None:
+        for effect in self._effects:
+            effect.restart()
 
     def _tell(self) -> None:
         if self._used is self.coordinates:

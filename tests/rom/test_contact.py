@@ -426,3 +426,18 @@ def test_gauntlet_sees_a_mouth_that_goes_back_without_need(walled_model, monkeyp
     judge = Judge(Bench(walled_model))
     judge.take(Ask({"jaw_open": opened}))
     assert (judge.went_back, judge.broken["needed"]) == (1, needless)
+
+
+def test_contact_that_met_numbers_that_are_none_is_as_new_when_restarted():
+    contact, rest = lips()
+    new = lips()[0]
+    broken = rest.copy()
+    broken[::7] = np.nan
+    with np.errstate(invalid="ignore"):
+        contact.finish(AT_REST, broken, mended=True)
+    contact.restart()
+    for mended in (False, True):
+        vertices, expected = closed(rest, 1e-3), closed(rest, 1e-3)
+        contact.finish(AT_REST, vertices, mended)
+        new.finish(AT_REST, expected, mended)
+        np.testing.assert_array_equal(vertices, expected)

@@ -142,6 +142,9 @@ class Bomb:
         if self.lit and self.where == "vertices":
             vertices[3, 1] = 1e9
 
+    def restart(self):
+        self.lit = False
+
     def at(self, setting):
         return Bomb(self.where)
 

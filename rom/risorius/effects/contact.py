@@ -139,6 +139,11 @@ class Contact:
                 return
         vertices[:] = self._best
 
+    def restart(self) -> None:
+        """Forget what was near what, and any number that is none."""
+        self.gave_way = 0.0
+        self._look.restart()
+
     def at(self, setting: Setting) -> Contact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
         return Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1], self.groups)

@@ -55,7 +55,7 @@ class ContactLook:
         self._corners = _corners(t, sides)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
-        self._state = (
+        self._state: tuple[npt.NDArray[Any], ...] = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
@@ -73,6 +73,13 @@ class ContactLook:
             self._state,
         )  # fmt: skip
         return float(depth)
+
+    def restart(self) -> None:
+        """Forget what was near what, and any number that is none."""
+        for state in self._state:
+            state[:] = 0
+        self._state[0][:] = self._lips[1]
+        self._proof.restart()
 
     def find_teeth(self, vertices: npt.NDArray[np.float32]) -> None:
         """Look at teeth alone, of vertices (n, 3) that nothing has moved yet."""

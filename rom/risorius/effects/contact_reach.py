@@ -59,6 +59,11 @@ class ReachableContact(Contact):
             self._everything.finish(coordinates, vertices, mended)
             self.gave_way = self._everything.gave_way
 
+    def restart(self) -> None:
+        """Forget what was near what, and any number that is none."""
+        super().restart()
+        self._everything.restart()
+
     def at(self, setting: Setting) -> ReachableContact:
         """Return the effect with a state of its own; it is the same for any number of modes."""
         return ReachableContact(self.tables, self._everything.at(setting), self.groups)

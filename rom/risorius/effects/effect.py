@@ -92,6 +92,10 @@ class Effect(Protocol):
         """Change the vertices (n, 3), in place. mended: whether tissue was folded until the guard has mended it."""
         ...
 
+    def restart(self) -> None:
+        """Forget the frames before, in place, as fast as a frame: the next one is as the first."""
+        ...
+
     def at(self, setting: Setting) -> Effect:
         """Return the effect for the leading modes of a setting, with a state of its own, at rest."""
         ...

@@ -104,6 +104,9 @@ class Gravity:
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Do nothing: vertices follow the coordinates."""
 
+    def restart(self) -> None:
+        """Do nothing: it has no state."""
+
     def at(self, setting: Setting) -> Gravity:
         """Return itself: it has no state, and does not depend on the modes of the face."""
         return self

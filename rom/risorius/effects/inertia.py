@@ -118,6 +118,13 @@ class Inertia:
     def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
         """Do nothing: vertices follow the coordinates."""
 
+    def restart(self) -> None:
+        """See `Effect`."""
+        self._moving = False
+        self._vibrations.restart()
+        self._strain_lag.restart()
+        self._outside.restart()
+
     def _step(self, surroundings: Surroundings) -> float | None:
         return surroundings.step if self._moving else None
 

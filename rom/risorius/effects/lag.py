@@ -30,6 +30,10 @@ class OutsideLoads:
         self._asked: dict[int | None, FloatArray] = {}
         self._lagged: dict[int | None, FloatArray] = {}
 
+    def restart(self) -> None:
+        """Forget what acted before."""
+        self._asked, self._lagged = {}, {}
+
     def take(self, surroundings: Surroundings, step: float | None) -> Surroundings:
         """Return what acts a step after what acted before; without a step, what is asked for."""
         asked = _by_place(surroundings)

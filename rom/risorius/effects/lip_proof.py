@@ -56,8 +56,12 @@ class LipProof:
             np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32), np.zeros(3),
             np.zeros(3, np.float32),
         )  # fmt: skip
-        at = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
-        self.state = at, np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
+        self._facing = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
+        self.state = self._facing.copy(), np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
+
+    def restart(self) -> None:
+        """Forget what was near what."""
+        self.state[0][:] = self._facing
 
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""

@@ -41,6 +41,10 @@ class Reactions:
         self.springs = springs
         self._solve, self._seen = solve, seen
         self._kept: dict[int, tuple[FloatArray, FloatArray]] = {}
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the last touch; what single springs do is kept."""
         self._place: Hashable = None
         self._group, self._openings = self._of(np.zeros(0, np.int64)), np.zeros(0)
 

@@ -43,6 +43,11 @@ class StrainLag:
         """Of tissue whose damping is that at rest."""
         return cls(np.zeros((muscles, modes)), np.full(muscles, STIFFNESS_DAMPING))
 
+    def restart(self) -> None:
+        """Be at rest."""
+        for state in (self._now, self._before, self._lagged):
+            state[:] = 0.0
+
     def add(self, step: float | None, loads: FloatArray, modal: FloatArray) -> None:
         """Add e to modal coordinates (r,) at loads (m,), a step after those told last; nothing without a step."""
         elapsed = math.inf if step is None else step

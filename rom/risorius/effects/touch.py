@@ -136,6 +136,11 @@ class TouchResponse:
             self._columns.popitem(last=False)
         return self._columns[vertex]
 
+    def restart(self) -> None:
+        """Forget which springs took part."""
+        self._touches, self._answered = (), None
+        self._reactions.restart()
+
     def at(self, setting: Setting) -> TouchResponse:
         """See `Effect`; tissue is factorised here, so that no frame waits for it."""
         _ = self._tissue.factors

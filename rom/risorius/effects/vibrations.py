@@ -32,6 +32,11 @@ class Vibrations:
         self.squares, self.dampings = squares, dampings
         self._before, self._place, self._speed = (np.zeros(len(squares)) for _ in range(3))
 
+    def restart(self) -> None:
+        """Be at rest."""
+        for state in (self._before, self._place, self._speed):
+            state[:] = 0.0
+
     def follow(self, step: float | None, now: FloatArray, out: FloatArray) -> None:
         """Write d (k,) a step after s was as it was told last and has moved linearly to `now`; 0 without a step."""
         if step is None:
