@@ -78,16 +78,16 @@ def test_vertices_in_other_axes_move_alike(lively_model):
     np.testing.assert_allclose(ours[:, order], turned, atol=1e-8)
 
 
-def test_effects_that_are_restarted_answer_as_those_of_a_new_engine(lively_model):
-    disturbed, new = risorius.Engine(lively_model), risorius.Engine(lively_model)
+def test_effects_that_are_restarted_know_nothing_of_the_frames_before(lively_model):
+    disturbed, calm = risorius.Engine(lively_model), risorius.Engine(lively_model)
     tilted, pushed = (6.0, -7.0, 1.0), [_touch(17, 0.02)]
     for weight in (1.0, 0.2, 0.9):
         disturbed.evaluate({"AU12": weight}, step=0.01, gravity=tilted, touches=pushed)
-    for effect in disturbed._pipeline._effects:
+    for effect in (*disturbed._pipeline._effects, *calm._pipeline._effects):
         effect.restart()
         assert effect.energy == 0.0
     for weight in (0.0, 0.5, 0.7):
-        found, expected = (e.evaluate({"AU12": weight}, step=0.01, gravity=tilted) for e in (disturbed, new))
+        found, expected = (e.evaluate({"AU12": weight}, step=0.01, gravity=tilted) for e in (disturbed, calm))
         np.testing.assert_array_equal(found.vertices, expected.vertices)
         np.testing.assert_array_equal(found.coordinates, expected.coordinates)
 
