@@ -87,16 +87,12 @@ class Contact:
             self._go_back(coordinates, vertices)
 
     def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
-        """Do so without going back; return metres that anything is left in anything, negative where nothing is."""
-        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        return self._move_out(vertices, mended)
-
-    def _move_out(self, vertices: npt.NDArray[np.float32], mended: bool) -> float:
-        """Move vertices out of teeth and lips; return metres that are left.
+        """Do so without going back; return metres that anything is left in anything, negative where nothing is.
 
         Where tissue was folded, what a look that makes sure finds is followed first: what the quick one takes for deep
         there may be beside the other lip. Either may lead where the other does not.
         """
+        move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
         if mended:
             self._look.find_teeth(vertices)
             depth = self._follow_proof(vertices, ENOUGH)
