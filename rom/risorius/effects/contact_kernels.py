@@ -299,31 +299,34 @@ def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
 @_compiled
 def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch."""
-    points = teeth[0]
     vertices, facing = lips[0], lips[1]
-    at, which, which_lips, gaps, _ways, gaps_lips, _ways_lips, _wanted, _total, _moved, _shifts = state
-    leaders, slack, order, order_starts = patches
-    slack_lips, order_lips, starts_lips = patches_of_lips
-    at[:], gaps[:] = facing, 0.0
-    which[: len(leaders)] = leaders
+    at, which_lips, gaps_lips = state[0], state[2], state[5]
+    slack, order, starts = patches_of_lips
+    _found_teeth(x, teeth, lips, patches, state)
+    at[:] = facing
     _place(x, corners[2], corners[5])
     beyond_planes(x, vertices, groups, gaps_lips)
-    count_lips = leaders_of_others(order_lips, starts_lips, gaps_lips, which_lips)
-    _look(x, teeth, lips, corners, len(leaders), count_lips, state)
-    count = beyond_leaders(x, points, order, order_starts, slack, APART, gaps, which)
-    count_lips = beyond_leaders(x, vertices, order_lips, starts_lips, slack_lips, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, corners, count, count_lips, state)
+    _look(x, teeth, lips, corners, 0, leaders_of_others(order, starts, gaps_lips, which_lips), state)
+    count = beyond_leaders(x, vertices, order, starts, slack, APART, gaps_lips, which_lips)
+    _look(x, teeth, lips, corners, 0, count, state)
+
+
+@_compiled
+def _found_teeth(x, teeth, lips, patches, state):  # type: ignore[no-untyped-def]
+    """Look at all that may touch teeth."""
+    which, gaps = state[1], state[3]
+    leaders, slack, order, starts = patches
+    gaps[:] = 0.0
+    which[: len(leaders)] = leaders
+    _approach(x, teeth, lips, len(leaders), 0, state)
+    _approach(x, teeth, lips, beyond_leaders(x, teeth[0], order, starts, slack, APART, gaps, which), 0, state)
 
 
 @_compiled
 def find_teeth(x, teeth, lips, patches, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch teeth; nothing has been moved yet."""
-    which, gaps, moved = state[1], state[3], state[9]
-    leaders, slack, order, order_starts = patches
-    moved[:], gaps[:] = 0.0, 0.0
-    which[: len(leaders)] = leaders
-    _approach(x, teeth, lips, len(leaders), 0, state)
-    _approach(x, teeth, lips, beyond_leaders(x, teeth[0], order, order_starts, slack, APART, gaps, which), 0, state)
+    state[9][:] = 0.0
+    _found_teeth(x, teeth, lips, patches, state)
 
 
 @_compiled

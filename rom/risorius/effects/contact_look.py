@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
 from risorius.effects.contact_kernels import deepest, find_gaps, find_teeth, put_back, resolve, resolve_proven, smallest
 from risorius.effects.contact_patches import Patches
@@ -134,9 +134,8 @@ def _corners(tables: ContactTables, sides: npt.NDArray[np.integer]) -> tuple[npt
     members = np.concatenate(blocks)
     near_starts = np.cumsum([0, *map(len, rows)]).astype(np.int32)
     near = np.concatenate([np.zeros(0, np.int32), *rows])
-    ends = np.ones(t.triangles.size, bool), t.triangles.ravel(), np.arange(0, t.triangles.size + 1, 3)
-    fans = sp.csr_matrix(sp.csr_matrix(ends, shape=(len(t.triangles), len(t.row_starts) - 1)).T)
+    fans, fan_starts = vertex_fans(t.triangles, len(t.row_starts) - 1)
     return (
-        near_starts, near, members, fans.indptr.astype(np.int32), fans.indices.astype(np.int32),
+        near_starts, near, members, fan_starts.astype(np.int32), fans.astype(np.int32),
         np.zeros((3, len(members)), np.float32),
     )  # fmt: skip

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_proof import NOWHERE, prove, turn_planes
@@ -36,10 +36,10 @@ class LipProof:
         sides, count = side_of[self.vertices], len(self.vertices)
         patches = Patches.of(t.shares[self.vertices], sides)
         centres = self.rest[t.triangles].mean(axis=1)
-        fans = _fans(t.triangles, len(side_of))
+        fans, fan_starts = vertex_fans(t.triangles, len(side_of))
         self._points = (
-            self.vertices, sides, patches.order, patches.starts, fans.indptr.astype(np.int32),
-            fans.indices.astype(np.int32), np.full(count, np.nan),
+            self.vertices, sides, patches.order, patches.starts, fan_starts.astype(np.int32),
+            fans.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
         of_rest = np.empty((9, len(retreat.skin)), np.float32)
@@ -69,12 +69,6 @@ class LipProof:
             vertices, self.rest, self._points, self._surface, self._between, self._groups, self._work, self.state
         )
         return -float(smallest)
-
-
-def _fans(triangles: Numbers, count: int) -> sp.csr_matrix:
-    """Triangles (t, 3) around each of so many vertices."""
-    ends = np.ones(triangles.size, bool), triangles.ravel(), np.arange(0, triangles.size + 1, 3)
-    return sp.csr_matrix(sp.csr_matrix(ends, shape=(len(triangles), count)).T)
 
 
 def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[Numbers, int]:
