@@ -78,6 +78,7 @@ class ReducedModel:
             rest_vertices=np.ascontiguousarray(self.rest_vertices[:, list(order)]),
             carried_basis=self.carried_basis.in_axes(order),
             effects={name: effect.in_axes(order) for name, effect in self.effects.items()},
+            watch=None if self.watch is None else self.watch.in_axes(order),
         )
 
     def save(self, path: str | Path) -> None:

@@ -88,7 +88,7 @@ class Pipeline:
         self._surface.write(self._used, out)
         self.gave_way = 0.0
         for effect in self._effects:
-            effect.finish(self._used, out, self.verdict is Verdict.MENDED)
+            effect.finish(self._used, out, self._guard.folds)
             self.gave_way += effect.gave_way
         if self._effects and not largest_size(out.reshape(-1)) <= self._farthest:
             self._surface.write(self._used, out)

@@ -118,7 +118,7 @@ def _watch(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatAr
     """Choose where the engine looks for folded tissue, from snapshots and from what a map makes of random inputs."""
     equilibria = np.hstack([_lifts(snapshots), modal.coordinates])[~snapshots.held_out]
     others = random_states(learned, snapshots.inputs, snapshots.poses, len(modal.modes))
-    return Watch.choose(body, fields, len(snapshots.lift_fields), equilibria, others)
+    return Watch.choose(body, snapshots.points, fields, len(snapshots.lift_fields), equilibria, others)
 
 
 def project(snapshots: SnapshotSet, rank: int) -> ModalData:

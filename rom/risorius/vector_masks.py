@@ -32,21 +32,20 @@ def lanes_within(context, xs, ys, zs, radii, start, a, b, c, reach):  # type: ig
 
 
 @intrinsic
-def lanes_behind(context, planes, start, a, b, c):  # type: ignore[no-untyped-def]
-    """Behind which planes (a, b, c) lies, of LANES whose normals' x, y, z and whose offsets are one after the other.
+def lanes_behind(context, xs, ys, zs, offsets, start, a, b, c):  # type: ignore[no-untyped-def]
+    """Behind which planes (a, b, c) lies, of LANES with normals x, y, z and offsets, those from `start` on.
 
-    Single precision, flat from `start` on.
+    Single precision, planes contiguous and flat.
     """
 
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        (pointer,) = data_pointers(target, builder, signature.args[:1], arguments[:1])
-        starts = [builder.add(arguments[1], arguments[1].type(LANES * row)) for row in range(4)]
-        *normals, offsets = [load_vector(builder, pointer, row) for row in starts]
-        place = [broadcast(builder, number) for number in arguments[2:]]
+        pointers = data_pointers(target, builder, signature.args[:4], arguments[:4])
+        *normals, beyond = [load_vector(builder, pointer, arguments[4]) for pointer in pointers]
+        place = [broadcast(builder, number) for number in arguments[5:]]
         height = _sum(builder, [builder.fmul(*pair) for pair in zip(normals, place, strict=True)])
-        return _mask(builder, builder.fcmp_ordered("<", height, offsets))
+        return _mask(builder, builder.fcmp_ordered("<", height, beyond))
 
-    return types.int64(planes, types.int64, *[types.float32] * 3), generate
+    return types.int64(xs, ys, zs, offsets, types.int64, *[types.float32] * 3), generate
 
 
 @intrinsic

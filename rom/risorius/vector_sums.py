@@ -76,9 +76,20 @@ def least_product(context, xs, ys, zs, start, a, b, c):  # type: ignore[no-untyp
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         places, factors = _places(target, builder, signature, arguments)
         products = [builder.fmul(*pair) for pair in zip(places, factors, strict=True)]
-        return _reduced(builder, "fmin", products)
+        return _reduced(builder, "fmin", _total(builder, products))
 
     return types.float32(xs, ys, zs, types.int64, *[types.float32] * 3), generate
+
+
+@intrinsic
+def sum_of_lanes(context, xs, start):  # type: ignore[no-untyped-def]
+    """Sum of LANES numbers, those from `start` on; single precision, contiguous and flat."""
+
+    def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        (pointer,) = data_pointers(target, builder, signature.args[:1], arguments[:1])
+        return _reduced(builder, "fadd", load_vector(builder, pointer, arguments[1]))
+
+    return types.float32(xs, types.int64), generate
 
 
 @intrinsic
@@ -135,7 +146,7 @@ def _carry_block(  # type: ignore[no-untyped-def]
 
 def _squared(kind: str, target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     away = [builder.fsub(*pair) for pair in zip(*_places(target, builder, signature, arguments), strict=True)]
-    return _reduced(builder, kind, [builder.fmul(one, one) for one in away])
+    return _reduced(builder, kind, _total(builder, [builder.fmul(one, one) for one in away]))
 
 
 def _places(target: Any, builder: Any, signature: Any, arguments: Any) -> tuple[list[Any], list[Any]]:
@@ -145,12 +156,17 @@ def _places(target: Any, builder: Any, signature: Any, arguments: Any) -> tuple[
     return vectors, [broadcast(builder, number) for number in arguments[4:]]
 
 
-def _reduced(builder: Any, kind: str, vectors: list[Any]) -> Any:
-    """Least or greatest lane of the sum of three vectors."""
-    total = builder.fadd(builder.fadd(vectors[0], vectors[1]), vectors[2])
+def _total(builder: Any, three: list[Any]) -> Any:
+    return builder.fadd(builder.fadd(three[0], three[1]), three[2])
+
+
+def _reduced(builder: Any, kind: str, vector: Any) -> Any:
+    """Least or greatest lane, or the sum of all, in any order."""
     name = f"llvm.vector.reduce.{kind}.v{LANES}f32"
-    reduced = cgutils.get_or_insert_function(builder.module, ir.FunctionType(FLOAT, [VECTOR]), name)
-    return builder.call(reduced, [total], fastmath=("nnan", "nsz"))
+    begun = [ir.Constant(FLOAT, 0.0)] if kind == "fadd" else []
+    kinds = [FLOAT] * len(begun) + [VECTOR]
+    reduced = cgutils.get_or_insert_function(builder.module, ir.FunctionType(FLOAT, kinds), name)
+    return builder.call(reduced, [*begun, vector], fastmath=("nnan", "nsz", "reassoc"))
 
 
 def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any], list[tuple[Any, Any]]]) -> list[Any]:

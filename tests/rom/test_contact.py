@@ -10,7 +10,7 @@ from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_kernels import ENOUGH, FAR_MOVED, FARTHEST, SEARCHED, TOLERATED
+from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
@@ -18,6 +18,7 @@ from risorius.engine import Engine
 from risorius.errors import InputError
 from risorius.gauntlet.case import Ask, Bench
 from risorius.gauntlet.judge import Judge
+from risorius.guard import UNFOLDED
 from risorius.part import Part
 from risorius.penetration import PenetrationMeasure
 from risorius.poses import Poses
@@ -330,7 +331,7 @@ def test_depth_that_sweeps_have_left_is_seen(depth):
     """The deepest of all points, looked at one by one, is what the ball has it to be."""
     contact, rest = on_ball()
     vertices = pressed(rest, depth)
-    assert contact._look.deepest(vertices) == pytest.approx(depth, abs=0.03e-3)
+    assert contact._look.find(vertices) == pytest.approx(depth, abs=0.03e-3)
 
 
 def random_lips(rest, rng):
@@ -345,15 +346,35 @@ def random_lips(rest, rng):
 
 
 def test_depth_that_sweeps_have_left_in_lips_is_told():
-    """What is said to be left is at least what a look at all of it then finds, however far sweeps have moved."""
+    """A sure look at what sweeps have moved tells of all that a sure look at everything finds too deep."""
     contact, rest = lips()
-    look, rng, far = contact._look, np.random.default_rng(1), 0
-    for _ in range(60):
+    look, rng, left = contact._look, np.random.default_rng(1), 0
+    for _ in range(200):
         vertices = random_lips(rest, rng)
-        told = look.resolve(vertices)
-        far += np.linalg.norm(look.moved, axis=1).max() > FAR_MOVED
-        assert look.deepest(vertices) <= max(told, 0.0) + 1e-6
-    assert far > 40
+        look.find(vertices)
+        look.sweep(vertices)
+        told, deep = look.make_sure(vertices, UNFOLDED), look.prove(vertices)
+        assert (told > TOLERATED) == (deep > TOLERATED)
+        if deep > TOLERATED:
+            assert told == pytest.approx(deep, abs=1e-7)
+        left += deep > TOLERATED
+    assert left > 10
+
+
+def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
+    """Where nothing was swept: at all of them only if nobody knows where tissue was folded."""
+    contact, rest = lips()
+    vertices = closed(rest, 1e-3)
+    contact._look.find(vertices)
+    depth = contact._look.prove(vertices)
+    assert depth > TOLERATED
+    deepest = rest[:, [0, 2]].mean(axis=0)
+    near = np.array([[deepest[0], rest[:, 1].mean(), deepest[1]]])
+    far = near + np.array([1.0, 0.0, 0.0])
+    contact._look._state[5][:] = 1.0  # as if the quick look had seen nothing
+    told = [contact._look.make_sure(vertices, folds) for folds in (UNFOLDED, far, near, None)]
+    assert max(told[:2]) <= 0.0
+    assert told[2:] == pytest.approx([depth, depth], abs=1e-7)
 
 
 def test_proof_tells_of_lips_what_the_measure_does():
@@ -364,7 +385,7 @@ def test_proof_tells_of_lips_what_the_measure_does():
     for _ in range(30):
         vertices = random_lips(rest, rng)
         depth = measure(vertices, AT_REST).lips
-        assert max(contact._look.proven(vertices), 0.0) == pytest.approx(depth, abs=1e-6)
+        assert max(contact._look.prove(vertices), 0.0) == pytest.approx(depth, abs=1e-6)
         deep += depth > TOLERATED
     assert deep > 20
 
@@ -376,7 +397,7 @@ def test_blocks_of_the_grid_never_hide_contact():
     look = contact._look
     for _ in range(5):
         vertices = (rest + rng.uniform(-4e-3, 4e-3, 3)).astype(np.float32)
-        look.deepest(vertices)
+        look.find(vertices)
         gaps, points = look._state[3], look._teeth[0]
         exact = -depths(vertices)[points]
         assert ((gaps < 0.0) == (exact < -0.05e-3))[np.abs(exact) > 0.1e-3].all()
@@ -403,7 +424,7 @@ def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_
     nearest = np.array([np.linalg.norm(of - place, axis=1).min() for of, place in zip(other, places, strict=True)])
     larger = []
     for effect in (contact, corner):
-        effect._look.deepest(rolled.copy())
+        effect._look.find(rolled.copy())
         most = np.clip(nearest, TOLERATED, SEARCHED) + 1e-6
         larger.append(np.count_nonzero(effect._look._state[5] > most))
     assert larger[0] > 10
@@ -434,10 +455,10 @@ def test_contact_that_met_numbers_that_are_none_is_as_new_when_restarted():
     broken = rest.copy()
     broken[::7] = np.nan
     with np.errstate(invalid="ignore"):
-        contact.finish(AT_REST, broken, mended=True)
+        contact.finish(AT_REST, broken, folds=None)
     contact.restart()
-    for mended in (False, True):
+    for folds in (UNFOLDED, None):
         vertices, expected = closed(rest, 1e-3), closed(rest, 1e-3)
-        contact.finish(AT_REST, vertices, mended)
-        new.finish(AT_REST, expected, mended)
+        contact.finish(AT_REST, vertices, folds)
+        new.finish(AT_REST, expected, folds)
         np.testing.assert_array_equal(vertices, expected)

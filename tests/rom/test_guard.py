@@ -20,6 +20,8 @@ STRETCHES = np.zeros((4, 5, 9), np.float32)
 for axis in range(3):
     STRETCHES[axis + 1, :, 4 * axis] = np.linspace(0.2, 1.0, 5)
 
+PLACES = np.arange(9.0).reshape(3, 3)
+
 
 @pytest.fixture
 def guard():
@@ -93,11 +95,14 @@ def test_points_are_chosen_where_states_fold():
     for mode, element in enumerate((50, 150)):
         fields[mode, 4 * element + 1, 0] = 1.0
     states = np.array([[0.5, 0.5], [-2.0, 0.0], [0.0, -2.0]])
-    watch = Watch.choose(body, fields, 0, states[:1], states[1:])
+    watch = Watch.choose(body, nodes, fields, 0, states[:1], states[1:])
     assert len(watch) < 200
     np.testing.assert_allclose(watch.jacobians(np.array([-2.0, 0.0])).min(), -1.0)
     np.testing.assert_allclose(watch.jacobians(np.array([0.0, -2.0])).min(), -1.0)
     assert watch.longest == pytest.approx(np.sqrt(0.5))
+    folded = [watch.places[watch.jacobians(state) < 0.0] for state in states[1:]]
+    middles = [nodes[4 * element : 4 * element + 4].mean(axis=0, keepdims=True) for element in (50, 150)]
+    np.testing.assert_allclose(folded, middles)
 
 
 @pytest.fixture
@@ -105,7 +110,7 @@ def watched_model(synthetic_model):
     """The synthetic model with tissue that folds where the modal coordinates come to 0.95 and more."""
     gradients = np.zeros((synthetic_model.rank, 3, 9), np.float32)
     gradients[synthetic_model.lifts :, :, 0] = -1.0 / 0.95
-    return replace(synthetic_model, watch=Watch(rounded_fields(gradients), longest=3.0))
+    return replace(synthetic_model, watch=Watch(rounded_fields(gradients), longest=3.0, places=PLACES))
 
 
 def test_a_mended_frame_says_so_and_states_what_it_may_be_off(watched_model, synthetic_model):
@@ -138,7 +143,7 @@ class Bomb:
     def respond(self, parameters, coordinates, own, surroundings):
         own[0] = np.nan if self.lit and self.where == "coordinates" else 0.0
 
-    def finish(self, coordinates, vertices, mended=False):
+    def finish(self, coordinates, vertices, folds):
         if self.lit and self.where == "vertices":
             vertices[3, 1] = 1e9
 
@@ -164,23 +169,25 @@ def test_an_effect_that_explodes_is_started_anew(synthetic_model, where):
 
 
 class Listener(Bomb):
-    """An effect that does nothing, and remembers whether it was told of folded tissue."""
+    """An effect that does nothing, and remembers where it was told that tissue was folded."""
 
-    def finish(self, coordinates, vertices, mended=False):
-        self.told = mended
+    def finish(self, coordinates, vertices, folds):
+        self.told = folds
 
     def at(self, setting):
         return self
 
 
-def test_effects_are_told_of_tissue_that_was_mended(watched_model):
+@pytest.mark.parametrize("places", [PLACES, None])
+def test_effects_are_told_of_tissue_that_was_mended(watched_model, places):
+    watched_model = replace(watched_model, watch=replace(watched_model.watch, places=places))
     surface = reconstruction(watched_model.carried_basis.followed_by([Bomb.fields]), watched_model.rest_vertices)
     listener, vertices = Listener("nowhere"), np.empty_like(watched_model.rest_vertices)
     pipeline = Pipeline(watched_model, Setting("polynomial", 6), surface, [listener])
-    for activation, mended in ((0.1, False), (1.0, True)):
+    for activation, folds in ((0.1, np.empty((0, 3))), (1.0, places)):
         pipeline.solve(np.array([activation, activation, 0.0, 0.0, 0.0]))
         pipeline.write(vertices)
-        assert listener.told is mended
+        np.testing.assert_array_equal(listener.told, folds)
 
 
 def test_a_watch_comes_back_from_the_file(watched_model, tmp_path):
@@ -188,6 +195,11 @@ def test_a_watch_comes_back_from_the_file(watched_model, tmp_path):
     loaded = risorius.load(tmp_path / "model.h5").watch
     np.testing.assert_array_equal(loaded.gradients, watched_model.watch.gradients)
     assert loaded.longest == watched_model.watch.longest
+    np.testing.assert_array_equal(loaded.places, PLACES)
+
+
+def test_places_of_a_watch_turn_with_the_axes_of_its_model(watched_model):
+    np.testing.assert_array_equal(watched_model.in_axes((2, 0, 1)).watch.places, PLACES[:, [2, 0, 1]])
 
 
 def test_a_part_watches_what_its_inputs_squeeze_and_its_coordinates_tell():

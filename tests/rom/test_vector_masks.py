@@ -15,7 +15,7 @@ def _within(spheres, place, reach):
 
 @numba.njit
 def _behind(planes, place):
-    return lanes_behind(planes, 4 * LANES, place[0], place[1], place[2])
+    return lanes_behind(planes[0], planes[1], planes[2], planes[3], LANES, place[0], place[1], place[2])
 
 
 @numba.njit
@@ -38,5 +38,5 @@ def test_masks_tell_what_every_lane_would(seed):
     assert flags(mask) == list(distances < mine[3] + 0.5)
     if mask:
         assert flags(mask).index(True) == _first(mask)
-    planes = rng.normal(size=(2, 4, LANES)).astype(np.float32)
-    assert flags(_behind(planes, place)) == list(place @ planes[1, :3] < planes[1, 3])
+    planes = rng.normal(size=(4, 2 * LANES)).astype(np.float32)
+    assert flags(_behind(planes, place)) == list(place @ planes[:3, LANES:] < planes[3, LANES:])

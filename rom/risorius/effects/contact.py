@@ -23,6 +23,7 @@ from risorius.effects.contact_tables import ContactTables, contact_tables, frame
 from risorius.effects.effect import Surroundings
 from risorius.effects.retreat import Retreat
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
@@ -80,36 +81,43 @@ class Contact:
     ) -> None:
         """Nothing: it is the vertices that touch."""
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         self.gave_way = 0.0
-        if self.sweep(coordinates, vertices, mended) > TOLERATED:
+        if self.sweep(coordinates, vertices, folds) > TOLERATED:
             self._go_back(coordinates, vertices)
 
-    def sweep(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> float:
+    def sweep(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> float:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is.
 
-        Where tissue was folded, what a look that makes sure finds is followed first: what the quick one takes for deep
-        there may be beside the other lip. Either may lead where the other does not.
+        What the quick look takes for deep may be beside the other lip, above all in tissue that was folded. So where
+        following it leaves anything too deep, what a sure look finds is followed, from there and then from the start.
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        if mended:
-            self._look.find_teeth(vertices)
-            depth = self._follow_proof(vertices, ENOUGH)
-            if depth <= TOLERATED:
-                return depth
+        if self._look.find(vertices) >= ENOUGH:
+            self._look.sweep(vertices)
+        depth = self._follow_proof(vertices, self._look.make_sure(vertices, folds), TOLERATED)
+        if depth > TOLERATED:
             self._look.put_back(vertices)
-        depth = self._look.resolve(vertices)
-        return self._follow_proof(vertices, TOLERATED) if mended or depth > TOLERATED else depth
+            depth = self._start_anew(vertices)
+        return depth
 
-    def _follow_proof(self, vertices: npt.NDArray[np.float32], enough: float) -> float:
-        """Move vertices out of what a look that makes sure finds deeper than enough; return metres that are left."""
-        depth = self._look.proven(vertices)
+    def _start_anew(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Move vertices that nothing has moved yet out of what is proven there; return metres that are left."""
+        self._look.find(vertices)
+        return self._follow_proof(vertices, self._look.prove(vertices), ENOUGH)
+
+    def _follow_proof(self, vertices: npt.NDArray[np.float32], depth: float, enough: float) -> float:
+        """Move vertices out of what has been proven to be `depth` deep, if more than enough; return metres left."""
         for _ in range(PROOFS):
             if depth <= enough:
                 break
-            self._look.resolve_proven(vertices)
-            depth, enough = self._look.proven(vertices), TOLERATED
+            self._look.sweep_proven(vertices)
+            depth, enough = self._look.make_sure(vertices, UNFOLDED), TOLERATED
         return depth
 
     def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
@@ -126,8 +134,7 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            self._look.find_teeth(vertices)
-            depth = self._follow_proof(vertices, ENOUGH)
+            depth = self._start_anew(vertices)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

@@ -24,9 +24,7 @@ from risorius.vector_sums import least_squared
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
-FAR_MOVED = 1.5e-3  # metres that a control has moved, after which all is looked at again
 SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
-ROUNDS = 2  # of sweeps, each with a look at what they may have left
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.1e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
@@ -297,36 +295,23 @@ def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
-    """Look at all that may touch."""
-    vertices, facing = lips[0], lips[1]
-    at, which_lips, gaps_lips = state[0], state[2], state[5]
-    slack, order, starts = patches_of_lips
-    _found_teeth(x, teeth, lips, patches, state)
-    at[:] = facing
-    _place(x, corners[2], corners[5])
-    beyond_planes(x, vertices, groups, gaps_lips)
-    _look(x, teeth, lips, corners, 0, leaders_of_others(order, starts, gaps_lips, which_lips), state)
-    count = beyond_leaders(x, vertices, order, starts, slack, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, corners, 0, count, state)
-
-
-@_compiled
-def _found_teeth(x, teeth, lips, patches, state):  # type: ignore[no-untyped-def]
-    """Look at all that may touch teeth."""
-    which, gaps = state[1], state[3]
+def find(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
+    """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet."""
+    at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
+    moved[:] = 0.0
     leaders, slack, order, starts = patches
     gaps[:] = 0.0
     which[: len(leaders)] = leaders
     _approach(x, teeth, lips, len(leaders), 0, state)
     _approach(x, teeth, lips, beyond_leaders(x, teeth[0], order, starts, slack, APART, gaps, which), 0, state)
-
-
-@_compiled
-def find_teeth(x, teeth, lips, patches, state):  # type: ignore[no-untyped-def]
-    """Look at all that may touch teeth; nothing has been moved yet."""
-    state[9][:] = 0.0
-    _found_teeth(x, teeth, lips, patches, state)
+    vertices, facing = lips[0], lips[1]
+    slack, order, starts = patches_of_lips
+    at[:] = facing
+    _place(x, corners[2], corners[5])
+    beyond_planes(x, vertices, groups, gaps_lips)
+    _look(x, teeth, lips, corners, leaders_of_others(order, starts, gaps_lips, which_lips), state)
+    count = beyond_leaders(x, vertices, order, starts, slack, APART, gaps_lips, which_lips)
+    _look(x, teeth, lips, corners, count, state)
 
 
 @_compiled
@@ -339,7 +324,8 @@ def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
     for number in range(len(which_lips)):
         which_lips[number] = number
     _place(x, corners[2], corners[5])
-    _look(x, teeth, lips, corners, len(which), len(which_lips), state)
+    _approach(x, teeth, lips, len(which), 0, state)
+    _look(x, teeth, lips, corners, len(which_lips), state)
 
 
 @_compiled
@@ -356,14 +342,14 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
 
 
 @_compiled
-def _look(x, teeth, lips, corners, count, count_lips, state):  # type: ignore[no-untyped-def]
-    """Find the gaps of some of the points, at corners of the mouth to what is nearest wherever the way downhill ends.
+def _look(x, teeth, lips, corners, count, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of some points of the lips, at corners to what is nearest wherever the way downhill ends.
 
-    The numbers of those of the lips are overwritten.
+    Their numbers are overwritten.
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
-    _approach(x, teeth, lips, count, count_lips, state)
-    nearer = _search(x, lips[0], lips[3], corners, which_lips, count_lips, at, gaps_lips)
+    _approach(x, teeth, lips, 0, count, state)
+    nearer = _search(x, lips[0], lips[3], corners, which_lips, count, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
@@ -426,76 +412,35 @@ def _search(x, vertices, triangles, corners, which, count, at, gaps):  # type: i
 
 
 @_compiled
-def _moved_far(moved):  # type: ignore[no-untyped-def]
-    for control in range(len(moved)):
-        square = moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2
-        if square > FAR_MOVED * FAR_MOVED:
-            return True
-    return False
-
-
-@_compiled
-def _deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
+def deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
+    """Metres that any point is in anything at the most, negative where none is."""
     return -min(smallest(gaps), smallest(gaps_lips))
 
 
 @_compiled
-def deepest(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
-    """Metres that any point of vertices x (n, 3) is in anything, negative where none is."""
-    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
-    return _deepest(state[3], state[5])
-
-
-@_compiled
-def _sweep(x, teeth, lips, rows, columns, sweeps, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of what the last look has found; return how many sweeps there have been then."""
+def sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
+    """Move vertices x (n, 3) out of what the last look has found."""
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
-    while sweeps < SWEEPS and _deepest(gaps, gaps_lips) >= (ENOUGH if sweeps < FIRST else LITTLE):
+    for number in range(SWEEPS):
+        if deepest(gaps, gaps_lips) < (ENOUGH if number < FIRST else LITTLE):
+            break
         gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
         gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
         farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
         take_off_shifts(teeth[0], shifts, farthest, gaps)
         take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
-        sweeps += 1
-        if sweeps < SWEEPS:
-            count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
-            _approach(x, teeth, lips, count, count_lips, state)
-    return sweeps
+        count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)
+        _approach(x, teeth, lips, count, count_lips, state)
 
 
 @_compiled
-def resolve(x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth and lips; return metres that any point is left in anything at the most."""
-    which, which_lips, gaps, gaps_lips, moved = state[1], state[2], state[3], state[5], state[9]
-    moved[:] = 0.0
-    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
-    sweeps = 0
-    for _round in range(ROUNDS):
-        swept, sweeps = sweeps, _sweep(x, teeth, lips, rows, columns, sweeps, state)
-        if sweeps == swept:
-            break
-        if _moved_far(moved):
-            _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
-            continue
-        count, count_lips = below(-TOLERATED, gaps, which), below(-TOLERATED, gaps_lips, which_lips)
-        if count + count_lips == 0:
-            break
-        _place(x, corners[2], corners[5])
-        _look(x, teeth, lips, corners, count, count_lips, state)
-    return _deepest(gaps, gaps_lips)
-
-
-@_compiled
-def resolve_proven(  # type: ignore[no-untyped-def]
-    x, teeth, lips, rows, columns, patches, patches_of_lips, groups, corners, proven, proof, state
-):
+def sweep_proven(x, teeth, lips, rows, columns, proven, proof, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of teeth, and out of what a look that makes sure tells to be in the other lip.
 
     proven (l,): which of its points the points of the lips are; proof: triangles that these are at, gaps, ways out.
     """
-    at, which, _which_lips, gaps, _ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
+    at, gaps_lips, ways_lips = state[0], state[5], state[6]
     at_proven, _space, gaps_proven, ways_proven = proof
-    _found(x, teeth, lips, patches, patches_of_lips, groups, corners, state)
     for number in range(len(proven)):
         k = proven[number]
         if gaps_proven[k] < 0.0:
@@ -504,5 +449,4 @@ def resolve_proven(  # type: ignore[no-untyped-def]
                 ways_lips[number, i] = ways_proven[k, i]
         else:
             gaps_lips[number] = abs(gaps_lips[number])
-    _sweep(x, teeth, lips, rows, columns, 0, state)
-    _approach(x, teeth, lips, below(-TOLERATED, gaps, which), 0, state)
+    sweep(x, teeth, lips, rows, columns, state)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import deepest, find_gaps, find_teeth, put_back, resolve, resolve_proven, smallest
+from risorius.effects.contact_kernels import deepest, find, find_gaps, put_back, smallest, sweep, sweep_proven
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -52,7 +52,7 @@ class ContactLook:
             (np.zeros(len(t.vertices)), of_lips.order, of_lips.starts),
         )
         self._groups = groups.kernel(t.vertices)
-        self._corners = _corners(t, sides)
+        self._corners = _corners(t, sides, groups.group_of[t.vertices] < 0)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._state: tuple[npt.NDArray[Any], ...] = (
@@ -63,41 +63,41 @@ class ContactLook:
         self._proof = LipProof(tables, groups, side_of, retreat)
         self._proven = np.searchsorted(self._proof.vertices, t.vertices).astype(np.int32)
 
-    def resolve(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Move vertices (n, 3) out of what the points are in, in place; `moved` (c, 3) is by how much the controls.
+    def find(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Look at vertices (n, 3) that nothing has moved yet; return metres that any point is in anything at the most.
 
-        Returns metres that any point is left in anything at the most, negative where none is.
+        Negative where none is, as in all that follows.
         """
-        depth = resolve(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            self._state,
-        )  # fmt: skip
-        return float(depth)
+        find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._corners, self._state)
+        return float(deepest(self._state[3], self._state[5]))
+
+    def sweep(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Move vertices (n, 3) out of what has been found, in place; `moved` (c, 3) is by how much the controls."""
+        sweep(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
+
+    def prove(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""
+        return max(self._proof.depth(vertices), -float(smallest(self._state[3])))
+
+    def make_sure(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
+        """The same, where sweeps or folds (f, 3) of tissue leave a doubt of lips; the rest of them counts as clear."""
+        depth = self._proof.depth_in_doubt(vertices, self.moved, self._state[5], folds)
+        return max(depth, -float(smallest(self._state[3])))
+
+    def sweep_proven(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Move vertices (n, 3) out of what has been proven."""
+        sweep_proven(
+            vertices, self._teeth, self._lips, self._rows, self._columns, self._proven, self._proof.state, self._state
+        )
 
     def restart(self) -> None:
         """Forget what was near what, and any number that is none."""
         for state in self._state:
             state[:] = 0
         self._state[0][:] = self._lips[1]
-        self._proof.restart()
-
-    def find_teeth(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Look at teeth alone, of vertices (n, 3) that nothing has moved yet."""
-        find_teeth(vertices, self._teeth, self._lips, self._patches[0], self._state)
-
-    def resolve_proven(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Move vertices (n, 3) out of what `proven` has found."""
-        resolve_proven(
-            vertices, self._teeth, self._lips, self._rows, self._columns, *self._patches, self._groups, self._corners,
-            self._proven, self._proof.state, self._state,
-        )  # fmt: skip
-
-    def proven(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""
-        return max(self._proof.depth(vertices), -float(smallest(self._state[3])))
 
     def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Take back what `resolve` has moved vertices (n, 3) by."""
+        """Take back what sweeps have moved vertices (n, 3) by."""
         put_back(vertices, self._rows, self._columns[3], self.moved)
 
     def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
@@ -105,20 +105,16 @@ class ContactLook:
         find_gaps(vertices, self._teeth, self._lips, self._corners, self._state)
         return self._state[3].copy(), self._state[5].copy()
 
-    def deepest(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Metres that any of the points is in anything, negative where none is."""
-        return float(
-            deepest(vertices, self._teeth, self._lips, *self._patches, self._groups, self._corners, self._state)
-        )
 
-
-def _corners(tables: ContactTables, sides: npt.NDArray[np.integer]) -> tuple[npt.NDArray[Any], ...]:
-    """Blocks of LANES vertices of the other lip near each of those at a corner of the mouth, and triangles around each.
+def _corners(
+    tables: ContactTables, sides: npt.NDArray[np.integer], rim: npt.NDArray[np.bool_]
+) -> tuple[npt.NDArray[Any], ...]:
+    """Blocks of LANES vertices of the other lip near each at a corner or (l,) its rim, and triangles around all of them.
 
     Blocks start at near (k,), those of a vertex at near_starts (l + 1,), in members (b,), whose places (3, b) are last.
     """
     t = tables
-    corner = np.flatnonzero(np.diff(t.candidate_starts))
+    corner = np.flatnonzero((np.diff(t.candidate_starts) > 0) | rim)
     rows: list[Numbers] = [np.zeros(0, np.int32)] * len(t.vertices)
     blocks = [np.zeros(0, np.int32)]
     for side in (0, 1):

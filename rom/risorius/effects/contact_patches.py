@@ -124,3 +124,16 @@ def below(limit, gaps, which):  # type: ignore[no-untyped-def]
             which[found] = number
             found += 1
     return found
+
+
+@_compiled
+def surround(x, vertices, order, starts, spheres):  # type: ignore[no-untyped-def]
+    """Set spheres (4, g) about patches of vertices (l,): places of their leaders, and how far their points are off."""
+    xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
+    for patch in range(len(starts) - 1):
+        o, square = vertices[order[starts[patch]]], np.float32(0.0)
+        for e in range(starts[patch] + 1, starts[patch + 1]):
+            p = vertices[order[e]]
+            u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
+            square = max(square, u * u + v * v + w * w)
+        xs[patch], ys[patch], zs[patch], radii[patch] = x[o, 0], x[o, 1], x[o, 2], math.sqrt(square)

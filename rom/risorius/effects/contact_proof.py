@@ -14,7 +14,7 @@ import numpy as np
 
 from risorius.closest_point import closest_point
 from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, smallest
-from risorius.effects.contact_planes import beyond_planes
+from risorius.effects.lane_blocks import NOWHERE, ROUNDING, enclose, turn_planes
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_behind, lanes_within
@@ -23,75 +23,12 @@ from risorius.winding_number import place_corners, winding_number_of
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
-ROUNDING = 1e-7  # metres, of single precision
-NOWHERE = 1e3  # metres: where there is nothing near
 ALIKE = 1e-3  # metres between points of a lip that are in tissue or out of it together
 
 
 @_compiled
-def _reach(x, vertices, order, starts, reaches):  # type: ignore[no-untyped-def]
-    """Set how far, reaches (g,), points of patches are from their leaders."""
-    for patch in range(len(reaches)):
-        o, square = vertices[order[starts[patch]]], 0.0
-        for e in range(starts[patch] + 1, starts[patch + 1]):
-            p = vertices[order[e]]
-            u, v, w = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
-            square = max(square, u * u + v * v + w * w)
-        reaches[patch] = math.sqrt(square)
-
-
-@_compiled
-def _enclose(x, triangles, members, spheres, corners):  # type: ignore[no-untyped-def]
-    """Set spheres (4, g), centres and radii, about groups of triangles, and (4, g * LANES) about a corner of each."""
-    xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
-    cx, cy, cz, sizes = corners[0], corners[1], corners[2], corners[3]
-    for group in range(len(members)):
-        if members[group, 0] < 0:
-            continue
-        u, v, w, most = 0.0, 0.0, 0.0, 0.0
-        for m in range(LANES):
-            for k in range(3):
-                q = triangles[members[group, m], k]
-                u, v, w = u + x[q, 0], v + x[q, 1], w + x[q, 2]
-        u, v, w = u / (3 * LANES), v / (3 * LANES), w / (3 * LANES)
-        for m in range(LANES):
-            for k in range(3):
-                q = triangles[members[group, m], k]
-                a, b, c = x[q, 0] - u, x[q, 1] - v, x[q, 2] - w
-                most = max(most, a * a + b * b + c * c)
-        xs[group], ys[group], zs[group], radii[group] = u, v, w, math.sqrt(most) + ROUNDING
-        for m in range(LANES):
-            o, farthest = triangles[members[group, m], 0], 0.0
-            for k in range(1, 3):
-                q = triangles[members[group, m], k]
-                a, b, c = x[q, 0] - x[o, 0], x[q, 1] - x[o, 1], x[q, 2] - x[o, 2]
-                farthest = max(farthest, a * a + b * b + c * c)
-            lane = LANES * group + m
-            cx[lane], cy[lane], cz[lane] = x[o, 0], x[o, 1], x[o, 2]
-            sizes[lane] = math.sqrt(farthest) + ROUNDING
-
-
-@_compiled
-def turn_planes(x, triangles, members, sign, planes):  # type: ignore[no-untyped-def]
-    """Set planes (g, 4, LANES) of members (g, LANES): outward normals, and their offsets."""
-    for group in range(len(members)):
-        if members[group, 0] < 0:
-            continue
-        for m in range(LANES):
-            t = members[group, m]
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            ax, ay, az = x[a, 0], x[a, 1], x[a, 2]
-            ux, uy, uz, vx, vy, vz = x[b, 0] - ax, x[b, 1] - ay, x[b, 2] - az, x[c, 0] - ax, x[c, 1] - ay, x[c, 2] - az
-            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            scale = sign / max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-20)
-            nx, ny, nz = scale * nx, scale * ny, scale * nz
-            planes[group, 0, m], planes[group, 1, m], planes[group, 2, m] = nx, ny, nz
-            planes[group, 3, m] = nx * ax + ny * ay + nz * az
-
-
-@_compiled
-def _near_groups(px, py, pz, reach, first, last, spheres, near, near_spheres):  # type: ignore[no-untyped-def]
-    """Write the groups of first:last within reach of a point, numbers and spheres, up to whole LANES; return how many.
+def _near_blocks(px, py, pz, reach, first, last, spheres, near, near_spheres):  # type: ignore[no-untyped-def]
+    """Write the blocks of first:last within reach of a point, numbers and spheres, up to whole LANES; return how many.
 
     What fills up the LANES is near nothing.
     """
@@ -100,11 +37,11 @@ def _near_groups(px, py, pz, reach, first, last, spheres, near, near_spheres):  
     for start in range(first, last, LANES):
         within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
         while within != 0:
-            group = start + first_lane(within)
+            block = start + first_lane(within)
             within &= within - 1
-            near[found] = group
+            near[found] = block
             for i in range(4):
-                near_spheres[i, found] = spheres[i, group]
+                near_spheres[i, found] = spheres[i, block]
             found += 1
     for k in range(found, found + LANES):
         near_spheres[0, k] = NOWHERE
@@ -113,8 +50,8 @@ def _near_groups(px, py, pz, reach, first, last, spheres, near, near_spheres):  
 
 @_compiled
 def _candidates(  # type: ignore[no-untyped-def]
-    x, rest, vertices, triangles, turned, faced, corners, at, members, order, begin, end, near, near_spheres, found,
-    gaps, which, count,
+    x, rest, vertices, triangles, turned, faced, corners, sizes, at, members, order, begin, end, near, near_spheres,
+    found, gaps, which, count,
 ):  # fmt: skip
     """Write the numbers of points of a patch, order[begin:end], that may be in the other lip; return how many now.
 
@@ -123,7 +60,9 @@ def _candidates(  # type: ignore[no-untyped-def]
     least as large as the distance of others.
     """
     xs, ys, zs, radii = near_spheres[0], near_spheres[1], near_spheres[2], near_spheres[3]
-    cx, cy, cz, sizes = corners[0], corners[1], corners[2], corners[3]
+    cx, cy, cz = corners[0], corners[1], corners[2]
+    tx, ty, tz, offsets = turned[0], turned[1], turned[2], turned[3]
+    fx, fy, fz, offsets_rest = faced[0], faced[1], faced[2], faced[3]
     for e in range(begin, end):
         number = order[e]
         if gaps[number] > 0.0:
@@ -140,22 +79,22 @@ def _candidates(  # type: ignore[no-untyped-def]
         for start in range(0, found, LANES):
             within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
             while within != 0:
-                group = near[start + first_lane(within)]
+                block = near[start + first_lane(within)]
                 within &= within - 1
-                least = min(least, least_squared(cx, cy, cz, LANES * group, px, py, pz))
+                least = min(least, least_squared(cx, cy, cz, LANES * block, px, py, pz))
         reach = min(reach, np.float32(math.sqrt(least) * np.float32(1.0 + 1e-4) + np.float32(ROUNDING)))
         gaps[number] = reach
         deep = False
         for start in range(0, found, LANES):
             within = lanes_within(xs, ys, zs, radii, start, px, py, pz, reach)
             while within != 0 and not deep:
-                group = near[start + first_lane(within)]
+                block = near[start + first_lane(within)]
                 within &= within - 1
-                behind = lanes_behind(turned, 4 * LANES * group, px, py, pz)
-                behind &= ~lanes_behind(faced, 4 * LANES * group, ox, oy, oz)
-                behind &= lanes_within(cx, cy, cz, sizes, LANES * group, px, py, pz, reach)
+                behind = lanes_behind(tx, ty, tz, offsets, LANES * block, px, py, pz)
+                behind &= ~lanes_behind(fx, fy, fz, offsets_rest, LANES * block, ox, oy, oz)
+                behind &= lanes_within(cx, cy, cz, sizes, LANES * block, px, py, pz, reach)
                 while behind != 0 and not deep:
-                    t = members[group, first_lane(behind)]
+                    t = members[block, first_lane(behind)]
                     behind &= behind - 1
                     a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                     square = closest_point(
@@ -185,27 +124,28 @@ def _nearest(  # type: ignore[no-untyped-def]
     border,
     members,
     corners,
+    sizes,
     near,
     near_spheres,
     found,
     way,
 ):
-    """Gap to the nearest triangle of the groups near a point, at (ox, oy, oz) at rest, and which; sets the way out.
+    """Gap to the nearest triangle of the blocks near a point, at (ox, oy, oz) at rest, and which; sets the way out.
 
     most: metres that it is not farther than.
     """
-    xs, ys, zs, sizes = corners[0], corners[1], corners[2], corners[3]
+    xs, ys, zs = corners[0], corners[1], corners[2]
     fx, fy, fz = np.float32(px), np.float32(py), np.float32(pz)
     least, cosine, best, w0, w1, w2 = most * most, 0.0, -1, 0.0, 0.0, 0.0
     for k in range(found):
-        group = near[k]
+        block = near[k]
         a, b, c = near_spheres[0, k] - px, near_spheres[1, k] - py, near_spheres[2, k] - pz
         reach = math.sqrt(least) * (1.0 + 1e-6)
         if a * a + b * b + c * c > (near_spheres[3, k] + reach) ** 2:
             continue
-        within = lanes_within(xs, ys, zs, sizes, LANES * group, fx, fy, fz, np.float32(reach + ROUNDING))
+        within = lanes_within(xs, ys, zs, sizes, LANES * block, fx, fy, fz, np.float32(reach + ROUNDING))
         while within != 0:
-            t = members[group, first_lane(within)]
+            t = members[block, first_lane(within)]
             within &= within - 1
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             ax, ay, az = float(x[a, 0]), float(x[a, 1]), float(x[a, 2])
@@ -300,24 +240,23 @@ def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):
 
 
 @_compiled
-def prove(x, rest, points, surface, between, groups, work, state):  # type: ignore[no-untyped-def]
-    """Set gaps (l,) of all points of the lips, negative in the other lip, and ways out of it; return the smallest.
+def prove(x, rest, points, surface, blocks, work, state):  # type: ignore[no-untyped-def]
+    """Set gaps (l,) of the points of the lips, negative in the other lip, and ways out of it; return the smallest.
 
-    points: vertices (l,), their sides, patches of them, triangles around each of all vertices, and winding numbers at
-    rest, NaN where not known yet. surface: triangles of the lips as in `ContactTables`, flags of their borders, and of
-    all skin around: corners at rest, working space for these now and for what has been told, triangles. between: what
-    `beyond_planes` reads. groups: numbers of triangles, those of side 0 first, rows of -1 up to whole LANES, their
-    planes at rest, and where those of side 1 begin.
+    Gaps that are more than 0 before are of points that are known to be clear. points: vertices (l,), their sides,
+    patches of them, triangles around each of all vertices, and winding numbers at rest, NaN where not known yet.
+    surface: triangles of the lips as in `ContactTables`, flags of their borders, and of all skin around: corners at
+    rest, working space for these now and for what has been told, triangles. blocks: numbers of triangles, those of side
+    0 first, rows of -1 up to whole LANES, the triangles, their planes at rest, and where those of side 1 begin.
     """
     vertices, sides, order, order_starts = points[:4]
     triangles, across, planes, sign, border, skin = surface
-    members, faced, split = groups
-    reaches, spheres, corners, turned, near, near_spheres, way, place = work
+    members, grouped, faced, split = blocks
+    reaches, spheres, corners, sizes, turned, near, near_spheres, way, place = work
     at, which, gaps, ways = state
-    beyond_planes(x, vertices, between, gaps)
-    _reach(x, vertices, order, order_starts, reaches)
-    _enclose(x, triangles, members, spheres, corners)
-    turn_planes(x, triangles, members, sign, turned)
+    place_corners(x, grouped, corners)
+    enclose(corners, members, spheres)
+    turn_planes(corners, sign, sizes, turned)
     count = 0
     for patch in range(len(order_starts) - 1):
         begin, end = order_starts[patch], order_starts[patch + 1]
@@ -326,20 +265,21 @@ def prove(x, rest, points, surface, between, groups, work, state):  # type: igno
         leader = order[begin]
         first, last = (split, len(members)) if sides[leader] == 0 else (0, split)
         p, reach = vertices[leader], np.float32(DEEPEST + reaches[patch])
-        found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
+        found = _near_blocks(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         count = _candidates(
-            x, rest, vertices, triangles, turned, faced, corners, at, members, order, begin, end, near, near_spheres,
-            found, gaps, which, count,
+            x, rest, vertices, triangles, turned, faced, corners, sizes, at, members, order, begin, end, near,
+            near_spheres, found, gaps, which, count,
         )  # fmt: skip
     for e in range(count):
         number = which[e]
         p = vertices[number]
         first, last = (split, len(members)) if sides[number] == 0 else (0, split)
         reach = np.float32(gaps[number])
-        found = _near_groups(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
+        found = _near_blocks(x[p, 0], x[p, 1], x[p, 2], reach, first, last, spheres, near, near_spheres)
         gaps[number], best = _nearest(
             float(x[p, 0]), float(x[p, 1]), float(x[p, 2]), float(rest[p, 0]), float(rest[p, 1]), float(rest[p, 2]),
-            gaps[number], x, triangles, across, planes, sign, border, members, corners, near, near_spheres, found, way,
+            gaps[number], x, triangles, across, planes, sign, border, members, corners, sizes, near, near_spheres,
+            found, way,
         )  # fmt: skip
         at[number] = at[number] if best < 0 else best
         ways[number, 0], ways[number, 1], ways[number, 2] = way[0], way[1], way[2]

@@ -19,6 +19,7 @@ from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.effect import UPRIGHT, Surroundings
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.part import Part
 
@@ -51,12 +52,14 @@ class ReachableContact(Contact):
         light = gravity is None or bool(gravity @ gravity <= HEAVIEST * HEAVIEST)
         self._sampled = light and not surroundings.touches
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         if self._sampled:
-            super().finish(coordinates, vertices, mended)
+            super().finish(coordinates, vertices, folds)
         else:
-            self._everything.finish(coordinates, vertices, mended)
+            self._everything.finish(coordinates, vertices, folds)
             self.gave_way = self._everything.gave_way
 
     def restart(self) -> None:

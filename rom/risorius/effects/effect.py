@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
@@ -88,8 +89,14 @@ class Effect(Protocol):
         """Change the coordinates (lifts + modes,) of the face, and set its own (k,), in place."""
         ...
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
-        """Change the vertices (n, 3), in place. mended: whether tissue was folded until the guard has mended it."""
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
+        """Change the vertices (n, 3), in place.
+
+        folds (f, 3): places at rest, in metres, where tissue was folded until the guard has mended it; None where it
+        was, but nobody knows where.
+        """
         ...
 
     def restart(self) -> None:

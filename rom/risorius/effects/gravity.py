@@ -20,6 +20,7 @@ from risorius.effects.effect import Surroundings
 from risorius.effects.leaning import HALVES, LEANING, halves, rest_responses
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.part import Part
 from risorius.snapshot_file import SnapshotSet
@@ -101,7 +102,9 @@ class Gravity:
         else:
             _give_way(parameters, self._width, *self._tables, surroundings.gravity, *self._work, own)
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
         """Do nothing: vertices follow the coordinates."""
 
     def restart(self) -> None:

@@ -25,6 +25,7 @@ from risorius.effects.strain_lag import StrainedBody, StrainLag
 from risorius.effects.vibrations import Vibrations, vibration_modes
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.mechanics.material import MASS_DAMPING, STIFFNESS_DAMPING, TISSUE_DENSITY
 from risorius.modal import visible_measure
@@ -115,7 +116,9 @@ class Inertia:
         """Joules in the modes: of their speed, and of their distance from rest under the present loads."""
         return self._vibrations.energy
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
         """Do nothing: vertices follow the coordinates."""
 
     def restart(self) -> None:

@@ -1,4 +1,4 @@
-"""The surer and slower look at lips, for the few frames in which something speaks against the quick one."""
+"""The surer and slower look at lips: of all points, or of those at which the quick one cannot be trusted."""
 
 from __future__ import annotations
 
@@ -7,11 +7,16 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
+from risorius.effects.contact_doubt import trust_others
 from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_patches import Patches
-from risorius.effects.contact_proof import NOWHERE, prove, turn_planes
+from risorius.effects.contact_planes import TOLD, beyond_planes
+from risorius.effects.contact_proof import prove
 from risorius.effects.contact_tables import ContactTables
+from risorius.effects.lane_blocks import NOWHERE, blocks_of, turn_planes
+from risorius.effects.lip_doubt import LipDoubt
 from risorius.effects.retreat import Retreat
+from risorius.jaw import FloatArray
 from risorius.lip_sheets import on_border
 from risorius.vector_lanes import LANES
 from risorius.winding_number import place_corners
@@ -46,15 +51,18 @@ class LipProof:
         place_corners(self.rest, retreat.skin, of_rest)
         skin = of_rest, np.empty_like(of_rest), np.zeros(count, np.int8), retreat.skin
         self._surface = t.triangles, t.across, t.planes, sign, border, skin
-        members, split = _groups(centres, side_of_triangle)
-        faced = np.zeros((len(members), 4, LANES), np.float32)
-        turn_planes(self.rest, t.triangles, members, sign, faced)
-        self._between, self._groups = between.kernel(self.vertices), (members, faced, split)
+        members, split = blocks_of(centres, side_of_triangle)
+        grouped = np.ascontiguousarray(t.triangles[np.maximum(members, 0).ravel()])
+        corners, sizes = np.zeros((9, members.size), np.float32), np.zeros(members.size, np.float32)
+        turned, faced = np.zeros((2, 4, members.size), np.float32)
+        place_corners(self.rest, grouped, corners)
+        turn_planes(corners, sign, sizes, faced)
+        self._between, self._blocks = between.kernel(self.vertices), (members, grouped, faced, split)
+        self._doubt = LipDoubt(t, self.vertices, sides, patches, self.rest)
         self._work = (
-            np.zeros(len(patches.leaders)), np.full((4, len(members)), NOWHERE, np.float32),
-            np.zeros((4, members.size), np.float32), np.zeros_like(faced),
-            np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32), np.zeros(3),
-            np.zeros(3, np.float32),
+            self._doubt.spheres[3], np.full((4, len(members)), NOWHERE, np.float32), corners, sizes,
+            turned, np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32),
+            np.zeros(3), np.zeros(3, np.float32),
         )  # fmt: skip
         self._facing = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
         self.state = self._facing.copy(), np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
@@ -65,34 +73,20 @@ class LipProof:
 
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
-        smallest = prove(
-            vertices, self.rest, self._points, self._surface, self._between, self._groups, self._work, self.state
-        )
-        return -float(smallest)
+        beyond_planes(vertices, self.vertices, self._between, self.state[2])
+        self._doubt.surround(vertices)
+        return self._prove(vertices)
 
+    def depth_in_doubt(
+        self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, folds: FloatArray | None
+    ) -> float:
+        """Metres that any is that the quick look cannot be trusted at; the others count as clear. See `LipDoubt`."""
+        doubted = self._doubt.look(vertices, moved, gaps, folds)
+        trust_others(self._doubt.doubted, TOLD, self.state[2])
+        return self._prove(vertices) if doubted else -TOLD
 
-def _groups(centres: npt.NDArray[np.floating], sides: Numbers) -> tuple[Numbers, int]:
-    """Numbers (g, LANES) of triangles with centres (t, 3), close to each other, on one of sides (t,).
-
-    Those of side 0 come first, up to the number that is returned with them. The last of each side is filled up with a
-    triangle that it has, and either side with rows of -1 up to whole LANES.
-    """
-    groups = list[Numbers]()
-    split = 0
-    for side in (0, 1):
-        split = len(groups)
-        pending = [np.flatnonzero(sides == side)]
-        while pending:
-            group = pending.pop()
-            if len(group) > LANES:
-                along = centres[group]
-                group = group[np.argsort(along[:, np.ptp(along, axis=0).argmax()], kind="stable")]
-                half = LANES * -(-len(group) // (2 * LANES))
-                pending += [group[half:], group[:half]]
-            elif len(group):
-                groups.append(np.append(group, np.full(LANES - len(group), group[-1])))
-        groups += [np.full(LANES, -1)] * (-len(groups) % LANES)
-    return np.array(groups, np.int32).reshape(-1, LANES), split
+    def _prove(self, vertices: npt.NDArray[np.float32]) -> float:
+        return -float(prove(vertices, self.rest, self._points, self._surface, self._blocks, self._work, self.state))
 
 
 def _facing(

@@ -22,6 +22,7 @@ from risorius.effects.effect import Surroundings, Touch
 from risorius.effects.reactions import Reactions
 from risorius.errors import InputError
 from risorius.evaluators.setting import Setting
+from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray
 from risorius.mechanics.one_sided import OneSidedSprings
 from risorius.mechanics.stiffness import stiffness
@@ -107,7 +108,9 @@ class TouchResponse:
         """Remember the touches for `finish`."""
         self._touches = surroundings.touches
 
-    def finish(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], mended: bool = False) -> None:
+    def finish(
+        self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
+    ) -> None:
         """Move the touched skin."""
         if self._touches:
             vertices += self._moved(self._touches)[:, list(self._order)]

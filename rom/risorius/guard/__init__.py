@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from risorius.guard.guard import Guard, Verdict
+from risorius.guard.guard import UNFOLDED, Guard, Verdict
 from risorius.guard.watch import Watch
 
-__all__ = ["Guard", "Verdict", "Watch"]
+__all__ = ["UNFOLDED", "Guard", "Verdict", "Watch"]

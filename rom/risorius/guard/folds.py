@@ -19,7 +19,7 @@ class Folds:
     """Looks at the watched points of a face whose first `lifts` coordinates its poses prescribe. Not thread-safe."""
 
     def __init__(self, watch: Watch, lifts: int) -> None:
-        self._lifts = lifts
+        self._lifts, self._places = lifts, watch.places
         self._fields = PackedFields(watch.gradients.reshape(len(watch.gradients), -1, 3))
         self._slopes = np.ascontiguousarray(watch.gradients[lifts:].transpose(1, 2, 0))
         self._jacobians = np.empty(len(watch), np.float32)
@@ -30,6 +30,10 @@ class Folds:
         """Smallest J at the watched points for coordinates (r,)."""
         self._change = self._fields.combined(coordinates)
         return float(smallest_determinant(self._change, self._jacobians))
+
+    def places(self) -> FloatArray | None:
+        """Places (f, 3) at rest of the points that were folded when last looked at; None where nobody knows them."""
+        return None if self._places is None else self._places[self._jacobians <= FOLDED]
 
     def unfold(self, coordinates: FloatArray) -> bool:
         """Change the modal coordinates until no watched point is folded; False where that is not found.

@@ -12,6 +12,9 @@ from risorius.guard.watch import Watch
 from risorius.jaw import FloatArray
 from risorius.sizes import length_squared
 
+UNFOLDED = np.empty((0, 3))
+"""No place where tissue was folded."""
+
 FARTHEST = 4.0  # times the longest modal coordinates of an equilibrium: what is longer has exploded
 
 
@@ -28,6 +31,8 @@ class Guard:
 
     watch: points of the tissue, None where a model has none: then only what is not finite is stopped. lifts: leading
     coordinates that poses prescribe and that are never mended. size: number of all coordinates, those of effects last.
+    folds: (f, 3) places at rest where tissue of the last frame was folded before it was mended, None where it was but
+    nobody knows where.
     """
 
     def __init__(self, watch: Watch | None, lifts: int, size: int) -> None:
@@ -36,9 +41,11 @@ class Guard:
         self._most = math.inf if watch is None else (FARTHEST * watch.longest) ** 2
         self._folds = None if watch is None else Folds(watch, lifts)
         self._last = np.zeros(size)
+        self.folds: FloatArray | None = UNFOLDED
 
     def settle(self, coordinates: FloatArray) -> Verdict:
         """Judge coordinates (size,), and replace those that are not good."""
+        self.folds = UNFOLDED
         verdict = self._judge(coordinates)
         if verdict is Verdict.HELD:
             coordinates[:] = self._last
@@ -52,4 +59,8 @@ class Guard:
         face = coordinates[self._all]
         if self._folds is None or self._folds.smallest(face) > FOLDED:
             return Verdict.GOOD
-        return Verdict.MENDED if self._folds.unfold(face) else Verdict.HELD
+        folds = self._folds.places()
+        if not self._folds.unfold(face):
+            return Verdict.HELD
+        self.folds = folds
+        return Verdict.MENDED

@@ -30,10 +30,12 @@ class Watch:
     Those of bodies and of files are rounded to 16 bits, so that reading them takes half the time.
 
     longest: Euclidean length of the longest modal coordinates that training has seen an equilibrium have.
+    places: (k, 3), metres, middles of the elements at rest that the points are in; None where nobody knows.
     """
 
     gradients: npt.NDArray[np.float32]
     longest: float
+    places: FloatArray | None = None
 
     def __len__(self) -> int:
         return self.gradients.shape[1]
@@ -54,7 +56,12 @@ class Watch:
         points = np.flatnonzero((change <= NEGLIGIBLE_CHANGE) & (smallest < SQUEEZED))
         if not len(points):
             return None
-        return replace(self, gradients=np.ascontiguousarray(self.gradients[np.ix_(coordinates, points)]))
+        gradients = np.ascontiguousarray(self.gradients[np.ix_(coordinates, points)])
+        return replace(self, gradients=gradients, places=None if self.places is None else self.places[points])
+
+    def in_axes(self, order: tuple[int, int, int]) -> Watch:
+        """Return that of a model whose places have their components in another order."""
+        return self if self.places is None else replace(self, places=np.ascontiguousarray(self.places[:, list(order)]))
 
     def jacobians(self, coordinates: FloatArray) -> FloatArray:
         """J (k,) of coordinates (r,), or fewer: what is left out is zero."""
@@ -66,15 +73,20 @@ class Watch:
         """Store all fields."""
         group["gradients"] = self.gradients
         group.attrs["longest"] = self.longest
+        if self.places is not None:
+            group["places"] = self.places
 
     @classmethod
     def read(cls, group: h5py.Group) -> Watch:
         """Load what `write` stored."""
-        return cls(rounded_fields(group["gradients"][()]), float(group.attrs["longest"]))
+        places = group["places"][()] if "places" in group else None
+        return cls(rounded_fields(group["gradients"][()]), float(group.attrs["longest"]), places)
 
     @classmethod
-    def choose(cls, body: Body, fields: FloatArray, lifts: int, equilibria: FloatArray, others: FloatArray) -> Watch:
-        """Choose points of a body, for coordinates of fields (r, n, 3) of its nodes, the first `lifts` of the poses.
+    def choose(
+        cls, body: Body, nodes: FloatArray, fields: FloatArray, lifts: int, equilibria: FloatArray, others: FloatArray
+    ) -> Watch:
+        """Choose points of a body, for coordinates of fields (r, n, 3) of its nodes (n, 3), `lifts` of the poses first.
 
         equilibria (s, r): states that the face takes; others (t, r): states that an evaluator gives, folded or not.
         Points are taken that tell of most folded states, until every folded state is told of by as many as there is
@@ -86,9 +98,10 @@ class Watch:
             jacobians = _jacobians(gradients, states)
             folded.append(jacobians <= 0.0)
             smallest.append(jacobians.min(axis=0))
-        chosen = _covering(np.concatenate(folded, axis=1), np.concatenate(smallest), POINTS)
+        chosen = np.sort(_covering(np.concatenate(folded, axis=1), np.concatenate(smallest), POINTS))
         longest = float(np.linalg.norm(equilibria[:, lifts:], axis=1).max())
-        return cls(rounded_fields(_at(chosen, _gradients(body, fields)).transpose(2, 0, 1)), longest)
+        gradients = rounded_fields(_at(chosen, _gradients(body, fields)).transpose(2, 0, 1))
+        return cls(gradients, longest, _middles(body, nodes)[chosen])
 
 
 def random_states(evaluator: Evaluator, inputs: InputTable, poses: Poses, rank: int) -> FloatArray:
@@ -116,8 +129,16 @@ def _gradients(body: Body, fields: FloatArray) -> Iterator[npt.NDArray[np.float3
             yield change.reshape(-1, 9, len(fields)).astype(np.float32)
 
 
+def _middles(body: Body, nodes: FloatArray) -> FloatArray:
+    """(p, 3) middles of the elements that the points of the tissue are in, of nodes (n, 3)."""
+    middles = [
+        np.repeat(nodes[table.connectivity].mean(axis=1), table.weights.shape[1], axis=0) for table in body.passive
+    ]
+    return np.concatenate(middles)
+
+
 def _at(chosen: npt.NDArray[np.int64], blocks: Iterator[npt.NDArray[np.float32]]) -> npt.NDArray[np.float32]:
-    """Rows of blocks that follow each other; all of them together may not fit in memory."""
+    """Rows of blocks that follow each other, chosen in order; all of them together may not fit in memory."""
     kept, start = [], 0
     for block in blocks:
         kept.append(block[chosen[(chosen >= start) & (chosen < start + len(block))] - start])
