@@ -100,7 +100,10 @@ class Contact:
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
         if self._look.find(vertices) >= ENOUGH:
             self._look.sweep(vertices)
-        depth = self._follow_proof(vertices, self._look.make_sure(vertices, folds), TOLERATED)
+        depth = self._look.make_sure(vertices, folds)
+        if depth > TOLERATED:
+            self._look.sweep_proven(vertices)
+            depth = self._look.make_sure(vertices, folds)
         if depth > TOLERATED:
             self._look.put_back(vertices)
             depth = self._start_anew(vertices)
@@ -109,15 +112,12 @@ class Contact:
     def _start_anew(self, vertices: npt.NDArray[np.float32]) -> float:
         """Move vertices that nothing has moved yet out of what is proven there; return metres that are left."""
         self._look.find(vertices)
-        return self._follow_proof(vertices, self._look.prove(vertices), ENOUGH)
-
-    def _follow_proof(self, vertices: npt.NDArray[np.float32], depth: float, enough: float) -> float:
-        """Move vertices out of what has been proven to be `depth` deep, if more than enough; return metres left."""
+        depth, enough = self._look.prove(vertices), ENOUGH
         for _ in range(PROOFS):
             if depth <= enough:
                 break
             self._look.sweep_proven(vertices)
-            depth, enough = self._look.make_sure(vertices, UNFOLDED), TOLERATED
+            depth, enough = self._look.prove(vertices), TOLERATED
         return depth
 
     def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ import math
 import numba
 import numpy as np
 
-from risorius.effects.contact_kernels import TOLERATED
+from risorius.effects.contact_kernels import DEEPEST, TOLERATED
 from risorius.effects.contact_patches import surround
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_within
@@ -20,7 +20,7 @@ _compiled = numba.njit(cache=True, error_model="numpy")
 
 MOVED = 0.15e-3  # metres: points that have moved by less, all of them, have come less than 0.3 mm closer
 AROUND_FOLDS = 8e-3  # metres at rest
-CLOSE = 1.0e-3  # metres between points of either lip
+CLOSE = 1e-3  # metres: between a point and the corners of the triangle that it is at
 TRUSTED, AT_WORK, BESIDE = range(3)  # where a point is: far from all that, where it happens, close to that
 
 
@@ -70,8 +70,11 @@ def _doubt_folded(folds, rest, points, order, starts, spheres, doubted):  # type
 
 
 @_compiled
-def _doubt_close(x, points, order, starts, split, spheres, places, doubted):  # type: ignore[no-untyped-def]
-    """Doubt points within CLOSE of others that are doubted, on the other lip; places (3, m): working space."""
+def _doubt_close(x, points, order, starts, split, spheres, moved, places, doubted):  # type: ignore[no-untyped-def]
+    """Doubt points on the other lip that those AT_WORK may have come to lie around: within CLOSE, and what they moved.
+
+    moved (g,): by how much points of patches have at the most. places (3, m): working space.
+    """
     xs, ys, zs, radii = spheres[0], spheres[1], spheres[2], spheres[3]
     count = len(starts) - 1
     for patch in range(count):
@@ -79,14 +82,15 @@ def _doubt_close(x, points, order, starts, split, spheres, places, doubted):  # 
         if found == 0:
             continue
         first, last = (split, count) if patch < split else (0, split)
-        reach = radii[patch] + np.float32(CLOSE)
+        close = np.float32(min(CLOSE + moved[patch], DEEPEST))
+        reach = radii[patch] + close
         for start in range(first, last, LANES):
             within = lanes_within(xs, ys, zs, radii, start, xs[patch], ys[patch], zs[patch], reach)
             while within != 0:
                 near = start + first_lane(within)
                 within &= within - 1
                 if near < last:
-                    _doubt_beside(x, points, order, starts[near], starts[near + 1], places, found, doubted)
+                    _doubt_beside(x, points, order, starts[near], starts[near + 1], places, found, close, doubted)
 
 
 @_compiled
@@ -106,27 +110,28 @@ def _gather(x, points, order, begin, end, doubted, places):  # type: ignore[no-u
 
 
 @_compiled
-def _doubt_beside(x, points, order, begin, end, places, count, doubted):  # type: ignore[no-untyped-def]
-    """Doubt points order[begin:end] within CLOSE of any of `count` places."""
+def _doubt_beside(x, points, order, begin, end, places, count, close, doubted):  # type: ignore[no-untyped-def]
+    """Doubt points order[begin:end] within close of any of `count` places."""
     xs, ys, zs = places[0], places[1], places[2]
     for e in range(begin, end):
         if doubted[order[e]] != TRUSTED:
             continue
         p = points[order[e]]
         for start in range(0, count, LANES):
-            if least_squared(xs, ys, zs, start, x[p, 0], x[p, 1], x[p, 2]) < np.float32(CLOSE * CLOSE):
+            if least_squared(xs, ys, zs, start, x[p, 0], x[p, 1], x[p, 2]) < close * close:
                 doubted[order[e]] = BESIDE
                 break
 
 
 @_compiled
-def doubt(x, rest, moved, gaps, folds, points, patches, controls, spheres, at_rest, work, doubted):  # type: ignore[no-untyped-def]
+def doubt(x, rest, moved, gaps, proven, folds, points, patches, controls, spheres, at_rest, work, doubted):  # type: ignore[no-untyped-def]
     """Set which of the points (l,) of the lips are doubted; return whether any is.
 
     x, rest (n, 3): vertices, of which points are (l,). moved (c, 3): by how much controls have moved them. gaps (k,):
-    that sweeps have left. folds (f, 3): places at rest where tissue was folded. patches: of points, those of one lip
-    first, how many these are, and which points the gaps are of. controls: shares of points in them, and for each the
-    patches that it moves, by which share at the most. spheres, at_rest (4, g + LANES): about patches.
+    that sweeps have left; proven (l,): gaps of all points that were proven before them. folds (f, 3): places at rest
+    where tissue was folded. patches: of points, those of one lip first, how many these are, and which points the gaps
+    are of. controls: shares of points in them, and for each the patches that it moves, by which share at the most.
+    spheres, at_rest (4, g + LANES): about patches.
     """
     order, starts, split, looked_at = patches
     rows, reached = controls
@@ -136,13 +141,16 @@ def doubt(x, rest, moved, gaps, folds, points, patches, controls, spheres, at_re
     for number in range(len(gaps)):
         if gaps[number] < -TOLERATED:
             doubted[looked_at[number]] = AT_WORK
+    for number in range(len(proven)):
+        if proven[number] < -TOLERATED:
+            doubted[number] = AT_WORK
     _doubt_folded(folds, rest, points, order, starts, at_rest, doubted)
     found = False
     for flag in doubted:
         found = found or flag == AT_WORK
     if found:
         surround(x, points, order, starts, spheres)
-        _doubt_close(x, points, order, starts, split, spheres, places, doubted)
+        _doubt_close(x, points, order, starts, split, spheres, most, places, doubted)
     return found
 
 

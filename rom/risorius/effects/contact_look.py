@@ -68,6 +68,7 @@ class ContactLook:
 
         Negative where none is, as in all that follows.
         """
+        self._proof.forget()
         find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._corners, self._state)
         return float(deepest(self._state[3], self._state[5]))
 

@@ -42,19 +42,20 @@ class LipDoubt:
         surround(vertices, self._vertices, *self._patches[:2], self.spheres)
 
     def look(
-        self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, folds: FloatArray | None
-    ) -> bool:
+        self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, proven: FloatArray,
+        folds: FloatArray | None,
+    ) -> bool:  # fmt: skip
         """Set `doubted`, and the spheres where any point is; return whether any is.
 
         vertices (n, 3); moved (c, 3): by how much controls have moved them; gaps (k,): of the points of the tables that
-        sweeps have left; folds (f, 3): places at rest where tissue was folded, None where nobody knows.
+        sweeps have left; proven (l,): gaps that were proven before them; folds (f, 3): places at rest where tissue was folded, None where nobody knows.
         """
         if folds is None:
             self.doubted[:] = AT_WORK
             self.surround(vertices)
             return True
         found = doubt(
-            vertices, self._rest, moved, gaps, folds, self._vertices, self._patches, self._controls, self.spheres,
+            vertices, self._rest, moved, gaps, proven, folds, self._vertices, self._patches, self._controls, self.spheres,
             self._at_rest, self._work, self.doubted,
         )  # fmt: skip
         return bool(found)

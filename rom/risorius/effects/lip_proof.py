@@ -71,6 +71,10 @@ class LipProof:
         """Forget what was near what."""
         self.state[0][:] = self._facing
 
+    def forget(self) -> None:
+        """Forget what has been proven: vertices are other ones."""
+        self.state[2][:] = TOLD
+
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
         beyond_planes(vertices, self.vertices, self._between, self.state[2])
@@ -81,7 +85,7 @@ class LipProof:
         self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, folds: FloatArray | None
     ) -> float:
         """Metres that any is that the quick look cannot be trusted at; the others count as clear. See `LipDoubt`."""
-        doubted = self._doubt.look(vertices, moved, gaps, folds)
+        doubted = self._doubt.look(vertices, moved, gaps, self.state[2], folds)
         trust_others(self._doubt.doubted, TOLD, self.state[2])
         return self._prove(vertices) if doubted else -TOLD
 
