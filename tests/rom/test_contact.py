@@ -1,7 +1,5 @@
 """Contact on surfaces whose depth in what they touch is known exactly: a sheet on a ball, and two sheets that face."""
 
-from dataclasses import replace
-
 import h5py
 import numpy as np
 import pytest
@@ -358,21 +356,19 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
         if deep > TOLERATED:
             assert told == pytest.approx(deep, abs=1e-7)
         left += deep > TOLERATED
-    assert left > 10
+    assert left > 5
 
 
 def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
     """Where nothing was swept: at all of them only if nobody knows where tissue was folded."""
     contact, rest = lips()
-    vertices = closed(rest, 1e-3)
-    contact._look.find(vertices)
-    depth = contact._look.prove(vertices)
+    look, vertices = contact._look, closed(rest, 1e-3)
+    near = rest.mean(axis=0, keepdims=True).astype(np.float64)
+    depth, told = look.prove(vertices), []
     assert depth > TOLERATED
-    deepest = rest[:, [0, 2]].mean(axis=0)
-    near = np.array([[deepest[0], rest[:, 1].mean(), deepest[1]]])
-    far = near + np.array([1.0, 0.0, 0.0])
-    contact._look._state[5][:] = 1.0  # as if the quick look had seen nothing
-    told = [contact._look.make_sure(vertices, folds) for folds in (UNFOLDED, far, near, None)]
+    for folds in (UNFOLDED, near + np.array([1.0, 0.0, 0.0]), near, None):
+        look.find(rest)  # as if the quick look saw nothing
+        told.append(look.make_sure(vertices, folds))
     assert max(told[:2]) <= 0.0
     assert told[2:] == pytest.approx([depth, depth], abs=1e-7)
 
@@ -404,26 +400,22 @@ def test_blocks_of_the_grid_never_hide_contact():
         assert (gaps < exact + 0.1e-3)[exact > 0.0].all()
 
 
-def test_at_corners_of_the_mouth_no_gap_is_larger_than_to_the_nearest_vertex_of_the_other_lip():
-    """However lips are rolled; the way downhill alone ends on the wrong side of a fold."""
+def test_no_gap_of_lips_is_larger_than_to_the_nearest_vertex_of_the_other():
+    """However they are rolled; the way downhill alone ends on the wrong side of a fold."""
     contact, rest = lips()
-    tables = contact.tables
-    sheet_of = tables.triangles[:, 0] >= SIDE**2
-    opposite = [np.flatnonzero(sheet_of != (vertex >= SIDE**2)) for vertex in tables.vertices]
-    starts = np.cumsum([0, *map(len, opposite)]).astype(np.int32)
-    all_corner = replace(tables, candidate_starts=starts, candidates=np.concatenate(opposite).astype(np.int32))
-    corner = Contact(all_corner, contact.retreat, contact.geometry, 5)
+    tables, downhill = contact.tables, lips()[0]
+    downhill._look._around[0][:] = 0
     x, rolled = rest[:, 0], rest.copy()
     upper = np.arange(len(rest)) >= SIDE**2
     angle = np.clip(x / 3e-3, 0.0, 0.9 * np.pi)  # the upper lip rolls up around a roll of 3 mm, the lower one does not
     rolled[upper, 0] = np.where(x > 0.0, 3e-3 * np.sin(angle), x)[upper]
     rolled[upper, 1] += (3e-3 * (1.0 - np.cos(angle)) - 2e-3 * (x > 0.0))[upper]
-    sheets = rolled[tables.vertices[tables.vertices < SIDE**2]], rolled[tables.vertices[tables.vertices >= SIDE**2]]
+    sheets = rolled[~upper], rolled[upper]
     other = [sheets[int(vertex < SIDE**2)] for vertex in tables.vertices]
     places = rolled[tables.vertices]
     nearest = np.array([np.linalg.norm(of - place, axis=1).min() for of, place in zip(other, places, strict=True)])
     larger = []
-    for effect in (contact, corner):
+    for effect in (downhill, contact):
         effect._look.find(rolled.copy())
         most = np.clip(nearest, TOLERATED, SEARCHED) + 1e-6
         larger.append(np.count_nonzero(effect._look._state[5] > most))

@@ -82,8 +82,8 @@ def test_a_gap_that_shrinks_keeps_half_as_much_again():
 
     def looked_at(closer):
         near = (rest - upper * [0.0, closer, 0.0]).astype(np.float32)
-        free = contact.tables.vertices[np.diff(contact.tables.candidate_starts) == 0]
-        return np.isin(free, ReachableContact.of(contact, rest, [(AT_REST, near)]).tables.vertices).mean()
+        found = ReachableContact.of(contact, rest, [(AT_REST, near)]).tables.vertices
+        return len(found) / len(contact.tables.vertices)
 
     assert MARGIN < 0.5 * 0.6e-3
     assert looked_at(0.6e-3) == 0.0

@@ -24,7 +24,7 @@ from risorius.vector_sums import least_squared
 _compiled = numba.njit(cache=True, error_model="numpy")
 
 SWEEPS = 5  # at most, of a frame
-SEARCHED = 3e-3  # metres about a vertex at a corner of the mouth
+SEARCHED = 4e-3  # metres about a point of a lip
 LITTLE, FIRST = 0.2e-3, 2  # metres: no sweep for less after the first ones
 ENOUGH = 0.1e-3  # metres: no sweep for less
 GAIN = 1.25  # of a sweep, which moves by weighted means and so falls short of the deepest
@@ -295,7 +295,7 @@ def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def find(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # type: ignore[no-untyped-def]
+def find(x, teeth, lips, patches, patches_of_lips, groups, around, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet."""
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
     moved[:] = 0.0
@@ -307,15 +307,15 @@ def find(x, teeth, lips, patches, patches_of_lips, groups, corners, state):  # t
     vertices, facing = lips[0], lips[1]
     slack, order, starts = patches_of_lips
     at[:] = facing
-    _place(x, corners[2], corners[5])
+    _place(x, around[2], around[5])
     beyond_planes(x, vertices, groups, gaps_lips)
-    _look(x, teeth, lips, corners, leaders_of_others(order, starts, gaps_lips, which_lips), state)
+    _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), state)
     count = beyond_leaders(x, vertices, order, starts, slack, APART, gaps_lips, which_lips)
-    _look(x, teeth, lips, corners, count, state)
+    _look(x, teeth, lips, around, count, state)
 
 
 @_compiled
-def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
+def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
     """Find the gaps of all points, whatever bounds tell."""
     at, which, which_lips = state[:3]
     at[:] = lips[1]
@@ -323,9 +323,9 @@ def find_gaps(x, teeth, lips, corners, state):  # type: ignore[no-untyped-def]
         which[number] = number
     for number in range(len(which_lips)):
         which_lips[number] = number
-    _place(x, corners[2], corners[5])
+    _place(x, around[2], around[5])
     _approach(x, teeth, lips, len(which), 0, state)
-    _look(x, teeth, lips, corners, len(which_lips), state)
+    _look(x, teeth, lips, around, len(which_lips), state)
 
 
 @_compiled
@@ -342,14 +342,14 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
 
 
 @_compiled
-def _look(x, teeth, lips, corners, count, state):  # type: ignore[no-untyped-def]
-    """Find the gaps of some points of the lips, at corners to what is nearest wherever the way downhill ends.
+def _look(x, teeth, lips, around, count, state):  # type: ignore[no-untyped-def]
+    """Find the gaps of some points of the lips, to what is nearest wherever the way downhill ends.
 
     Their numbers are overwritten.
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
     _approach(x, teeth, lips, 0, count, state)
-    nearer = _search(x, lips[0], lips[3], corners, which_lips, count, at, gaps_lips)
+    nearer = _search(x, lips[0], lips[3], around, which_lips, count, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
@@ -363,17 +363,17 @@ def _place(x, members, places):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _search(x, vertices, triangles, corners, which, count, at, gaps):  # type: ignore[no-untyped-def]
-    """Set `at` (l,) to a triangle at the nearest vertex around a corner where that is nearer than the gap (l,) found.
+def _search(x, vertices, triangles, around, which, count, at, gaps):  # type: ignore[no-untyped-def]
+    """Set `at` (l,) to a triangle at the nearest vertex around a point where that is nearer than the gap (l,) found.
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
     """
-    near_starts, near, members, fan_starts, fans, places = corners
+    near_starts, near, members, fan_starts, fans, places = around
     xs, ys, zs = places[0], places[1], places[2]
     found = 0
     for e in range(count):
         number = which[e]
-        if near_starts[number] == near_starts[number + 1] or abs(gaps[number]) < TOLERATED:
+        if abs(gaps[number]) < TOLERATED:
             continue
         p, first, nearest, least = vertices[number], -1, -1, SEARCHED * SEARCHED
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]

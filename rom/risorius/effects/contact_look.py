@@ -19,7 +19,7 @@ from risorius.jaw import FloatArray
 from risorius.reconstruction import neighbours_together
 from risorius.vector_lanes import LANES
 
-AROUND = 10e-3  # metres at rest between a vertex at a corner of the mouth and those that may be its nearest
+AROUND = 10e-3  # metres at rest between a vertex and those of the other lip that may be its nearest
 Numbers = npt.NDArray[np.int32]
 
 
@@ -52,7 +52,6 @@ class ContactLook:
             (np.zeros(len(t.vertices)), of_lips.order, of_lips.starts),
         )
         self._groups = groups.kernel(t.vertices)
-        self._corners = _corners(t, sides, groups.group_of[t.vertices] < 0)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._state: tuple[npt.NDArray[Any], ...] = (
@@ -61,6 +60,7 @@ class ContactLook:
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
         self._proof = LipProof(tables, groups, side_of, retreat)
+        self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)
         self._proven = np.searchsorted(self._proof.vertices, t.vertices).astype(np.int32)
 
     def find(self, vertices: npt.NDArray[np.float32]) -> float:
@@ -69,7 +69,7 @@ class ContactLook:
         Negative where none is, as in all that follows.
         """
         self._proof.forget()
-        find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._corners, self._state)
+        find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._around, self._state)
         return float(deepest(self._state[3], self._state[5]))
 
     def sweep(self, vertices: npt.NDArray[np.float32]) -> None:
@@ -103,35 +103,35 @@ class ContactLook:
 
     def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
         """Metres (k,) and (l,) of all points, each looked at; those at corners of the mouth at most SEARCHED."""
-        find_gaps(vertices, self._teeth, self._lips, self._corners, self._state)
+        find_gaps(vertices, self._teeth, self._lips, self._around, self._state)
         return self._state[3].copy(), self._state[5].copy()
 
 
-def _corners(
-    tables: ContactTables, sides: npt.NDArray[np.integer], rim: npt.NDArray[np.bool_]
+def _around(
+    tables: ContactTables, side_of: npt.NDArray[np.integer], lips: Numbers, rest: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[Any], ...]:
-    """Blocks of LANES vertices of the other lip near each at a corner or (l,) its rim, and triangles around all of them.
+    """Blocks of LANES vertices of the other lip near each of the points at rest (n, 3), and triangles around each.
 
-    Blocks start at near (k,), those of a vertex at near_starts (l + 1,), in members (b,), whose places (3, b) are last.
+    Blocks start at near (k,), those of a point at near_starts (l + 1,), in members (b,) of all lips, whose places
+    (3, b) are last.
     """
-    t = tables
-    corner = np.flatnonzero((np.diff(t.candidate_starts) > 0) | rim)
-    rows: list[Numbers] = [np.zeros(0, np.int32)] * len(t.vertices)
+    points = tables.vertices
+    rows: list[Numbers] = [np.zeros(0, np.int32)] * len(points)
     blocks = [np.zeros(0, np.int32)]
     for side in (0, 1):
-        mine, other = corner[sides[corner] == side], np.flatnonzero(sides == 1 - side)
+        mine, other = np.flatnonzero(side_of[points] == side), lips[side_of[lips] == 1 - side]
         if not len(mine) or not len(other):
             continue
-        order = neighbours_together(t.places[other])
+        order = neighbours_together(rest[other])
         order = other[np.append(order, np.full(-len(order) % LANES, order[-1]))]
-        first, tree = sum(map(len, blocks)), cKDTree(t.places[order])
-        for number, found in zip(mine, tree.query_ball_point(t.places[mine], AROUND), strict=True):
+        first, tree = sum(map(len, blocks)), cKDTree(rest[order])
+        for number, found in zip(mine, tree.query_ball_point(rest[points[mine]], AROUND), strict=True):
             rows[number] = (first + LANES * np.unique(np.array(found, np.int32) // LANES)).astype(np.int32)
-        blocks.append(t.vertices[order])
+        blocks.append(order)
     members = np.concatenate(blocks)
     near_starts = np.cumsum([0, *map(len, rows)]).astype(np.int32)
     near = np.concatenate([np.zeros(0, np.int32), *rows])
-    fans, fan_starts = vertex_fans(t.triangles, len(t.row_starts) - 1)
+    fans, fan_starts = vertex_fans(tables.triangles, len(side_of))
     return (
         near_starts, near, members, fan_starts.astype(np.int32), fans.astype(np.int32),
         np.zeros((3, len(members)), np.float32),

@@ -1,9 +1,8 @@
 """What of the skin the inputs of a scene can bring to touch anything; the rest of contact is left out of its frames.
 
 Gaps are taken from frames of a sample of the inputs, before contact has moved anything and after it. A point is left
-out if it stays clear by MARGIN, and by half of what its gap has shrunk by since it was at rest. Corners of the mouth
-stay whole: the nearest of the other lip is looked for among their points. Neither touches nor a head that is shaken are
-in the sample: in their frames everything is looked at.
+out if it stays clear by MARGIN, and by half of what its gap has shrunk by since it was at rest. Neither touches nor a
+head that is shaken are in the sample: in their frames everything is looked at.
 """
 
 from __future__ import annotations
@@ -96,4 +95,4 @@ def reachable(contact: Contact, rest: npt.NDArray[np.float32], frames: Frames) -
     first, second = (
         gaps - np.maximum(MARGIN, SHRUNK * (before - gaps)) <= 0.0 for before, gaps in zip(at_rest, least, strict=True)
     )
-    return first, second | (np.diff(contact.tables.candidate_starts) > 0)
+    return first, second

@@ -16,7 +16,6 @@ from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_kernels import BLOCK, blocks, move_jaw
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
-from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
 from risorius.normals import vertex_normals
@@ -39,7 +38,6 @@ FINEST = 0.3e-3  # metres between points
 TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
 )
-CORNER, AROUND = 6e-3, 8e-3  # metres along the surface from the other lip; from what may be nearest there
 DEEPEST_AT_REST = 1e-3  # metres: what is deeper in a tooth at rest has no contact with it
 OUT_OF_THE_FACE = (0.0, 0.0, 1.0)
 
@@ -51,8 +49,7 @@ class ContactTables:
     Points that may touch teeth: points (k,), onset (k, o): distance to each obstacle at which contact begins, below
     -1 m where there is none; away (k, o, 3): the way out at rest. Obstacles: distances (all grids, flat), starts (o,),
     shapes (o, 3), lows (o, 3), spacings (o,), moves (o,), and transforms (q, 4, 4) of the jaw as of a companion.
-    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, candidates: triangles that may be the nearest
-    of vertices at corners of the mouth, candidate_starts (l + 1,); places (l, 3) at rest; triangles (t, 3), across
+    Lips: vertices (l,) that may touch, facing (l,) a triangle at rest, places (l, 3) at rest; triangles (t, 3), across
     (t, 3), planes (t, 4) at rest. Shares of vertices in correction fields, by rows and by columns. orientation: 1, or
     -1 where the order of axes turns triangles over.
     """
@@ -69,8 +66,6 @@ class ContactTables:
     transforms: FloatArray
     vertices: npt.NDArray[np.int32]
     facing: npt.NDArray[np.int32]
-    candidate_starts: npt.NDArray[np.int32]
-    candidates: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
     triangles: npt.NDArray[np.int32]
     across: npt.NDArray[np.int32]
@@ -121,7 +116,6 @@ class ContactTables:
             transforms=self.transforms if 0 in part.lifts else self.transforms[:0],
             vertices=number[self.vertices[vertices]],
             facing=new[self.facing[vertices]],
-            **self._candidates_within(vertices, new),
             places=self.places[vertices],
             triangles=number[self.triangles[whole]],
             across=np.where(self.across[whole] >= 0, new[self.across[whole]], -1).astype(np.int32),
@@ -138,7 +132,6 @@ class ContactTables:
             away=self.away[points],
             vertices=self.vertices[vertices],
             facing=self.facing[vertices],
-            **self._candidates_within(vertices, np.arange(len(self.triangles), dtype=np.int32)),
             places=self.places[vertices],
         )
 
@@ -147,12 +140,6 @@ class ContactTables:
         turn, origin = np.empty((3, 3)), np.empty(3)
         move_jaw(coordinates, self.transforms, turn, origin)
         return turn, origin
-
-    def _candidates_within(self, vertices: npt.NDArray[np.bool_], new: npt.NDArray[np.int32]) -> dict[str, Any]:
-        shape = len(self.vertices), len(self.triangles)
-        ones = np.ones(len(self.candidates), np.int8)
-        table = sp.csr_matrix((ones, self.candidates, self.candidate_starts), shape=shape)[vertices][:, new >= 0]
-        return _candidate_table(sp.csr_matrix(table))
 
     def in_axes(self, order: tuple[int, int, int]) -> ContactTables:
         """Tables for vertices whose components are in another order."""
@@ -195,7 +182,6 @@ def contact_tables(
         **_of_obstacles(geometry, poses, rest[points], near[:, points]),
         vertices=sheets.vertices[chosen],
         facing=sheets.facing[chosen],
-        **_candidates(sheets, rest, triangles, chosen),
         places=rest[sheets.vertices[chosen]],
         triangles=sheets.triangles,
         across=sheets.across,
@@ -249,28 +235,6 @@ def _thinned(
                 free[tree.query_ball_point(places[number], spacing)] = False
         chosen, spacing = among[kept], 1.1 * spacing
     return np.sort(chosen)
-
-
-def _candidates(
-    sheets: LipSheets, rest: npt.NDArray[np.float32], triangles: npt.NDArray[np.int32], chosen: npt.NDArray[np.integer]
-) -> dict[str, Any]:
-    """Triangles of the other lip around each of the chosen vertices (l,) that lie at a corner of the mouth."""
-    graph, centres = edge_lengths(rest.astype(np.float64), triangles), rest[sheets.triangles].mean(axis=1)
-    table = sp.lil_matrix((len(chosen), len(sheets.triangles)), dtype=np.int8)
-    for side in (0, 1):
-        other = np.flatnonzero(sheets.sheet_of != side)
-        if not len(other):
-            continue
-        away = distances_from(graph, sheets.triangles[other], CORNER)
-        mine = np.flatnonzero((sheets.sheet[chosen] == side) & (away[sheets.vertices[chosen]] < np.inf))
-        near = cKDTree(centres[other]).query_ball_point(rest[sheets.vertices[chosen[mine]]], AROUND)
-        for row, found in zip(mine, near, strict=True):
-            table[row, other[found]] = 1
-    return _candidate_table(sp.csr_matrix(table))
-
-
-def _candidate_table(table: sp.csr_matrix) -> dict[str, Any]:
-    return {"candidate_starts": table.indptr.astype(np.int32), "candidates": table.indices.astype(np.int32)}
 
 
 def _of_obstacles(

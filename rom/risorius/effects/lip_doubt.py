@@ -48,15 +48,16 @@ class LipDoubt:
         """Set `doubted`, and the spheres where any point is; return whether any is.
 
         vertices (n, 3); moved (c, 3): by how much controls have moved them; gaps (k,): of the points of the tables that
-        sweeps have left; proven (l,): gaps that were proven before them; folds (f, 3): places at rest where tissue was folded, None where nobody knows.
+        sweeps have left; proven (l,): gaps that were proven before them; folds (f, 3): places at rest where tissue was
+        folded, None where nobody knows.
         """
         if folds is None:
             self.doubted[:] = AT_WORK
             self.surround(vertices)
             return True
         found = doubt(
-            vertices, self._rest, moved, gaps, proven, folds, self._vertices, self._patches, self._controls, self.spheres,
-            self._at_rest, self._work, self.doubted,
+            vertices, self._rest, moved, gaps, proven, folds, self._vertices, self._patches, self._controls,
+            self.spheres, self._at_rest, self._work, self.doubted,
         )  # fmt: skip
         return bool(found)
 
