@@ -101,7 +101,9 @@ class Contact:
         if self._look.find(vertices) >= ENOUGH:
             self._look.sweep(vertices)
         depth = self._look.make_sure(vertices, folds)
-        if depth > TOLERATED:
+        for _ in range(PROOFS):
+            if depth <= TOLERATED:
+                break
             self._look.sweep_proven(vertices)
             depth = self._look.make_sure(vertices, folds)
         if depth > TOLERATED:
