@@ -51,7 +51,7 @@ class Contact:
         self.fields = np.zeros((0, carriers, 3), np.float32)
         self._turn, self._origin = np.eye(3), np.zeros(3)
         self.gave_way = 0.0
-        self.groups = groups or LipGroups.of(tables, _at_rest(tables, retreat))
+        self.groups = groups or LipGroups.of(tables, retreat.rest)
         self._look = ContactLook(tables, self.groups, retreat, self._turn, self._origin)
         self._targets = np.empty_like(retreat.places)
         self._before, self._best = np.empty((2, len(tables.row_starts) - 1, 3), np.float32)
@@ -176,10 +176,3 @@ class Contact:
         tables = ContactTables(**{field.name: group["tables"][field.name][()] for field in fields(ContactTables)})
         geometry, retreat = ContactGeometry.read(group["geometry"]), Retreat.read(group["retreat"])
         return cls(tables, retreat, geometry, int(group.attrs["carriers"]))
-
-
-def _at_rest(tables: ContactTables, retreat: Retreat) -> npt.NDArray[np.float32]:
-    """Vertices (n, 3) at rest, 0 where a mouth does not go back, which is far from all that touches."""
-    rest = np.zeros((len(tables.row_starts) - 1, 3), np.float32)
-    rest[retreat.vertices] = retreat.places
-    return rest

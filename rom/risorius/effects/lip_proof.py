@@ -34,8 +34,7 @@ class LipProof:
 
     def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
         t, sign = tables, float(tables.orientation[0])
-        self.rest = np.zeros((len(side_of), 3), np.float32)
-        self.rest[retreat.vertices] = retreat.places
+        self.rest = retreat.rest
         side_of_triangle = side_of[t.triangles[:, 0]]
         self.vertices = np.unique(t.triangles[side_of_triangle >= 0]).astype(np.int32)
         sides, count = side_of[self.vertices], len(self.vertices)

@@ -9,7 +9,7 @@ is closed, else the lower one would come through it; and neither goes aside or b
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import h5py
 import numba
@@ -30,6 +30,7 @@ ELASTIC = 20e-3  # metres from the lips, beyond which skin goes with the jaw as 
 FADE = 20e-3  # metres beyond what may touch, over which skin goes back less
 SHORTEST = 1e-5  # metres of an edge
 OPENING = 0.3  # of the jaw, at which it is seen how far tissue goes with it
+_OWN = ("vertices", "places", "carried", "most")
 PARTED = 0.06  # sine of an opening of the jaw, beyond which the lips are apart
 
 
@@ -37,13 +38,15 @@ PARTED = 0.06  # sine of an opening of the jaw, beyond which the lips are apart
 class Retreat:
     """vertices (w,) that go back, to places (w, 3) at rest or, by a share carried (w,), to where the jaw takes these.
 
-    most (w,): share of the way that each goes when it is asked to go all of it. skin (k, 3): triangles between them.
+    most (w,): share of the way that each goes when it is asked to go all of it. rest (n, 3), skin (k, 3): all vertices
+    at rest, and triangles.
     """
 
     vertices: npt.NDArray[np.int32]
     places: npt.NDArray[np.float32]
     carried: npt.NDArray[np.float32]
     most: npt.NDArray[np.float32]
+    rest: npt.NDArray[np.float32]
     skin: npt.NDArray[np.int32]
 
     @classmethod
@@ -64,7 +67,8 @@ class Retreat:
             rest[vertices],
             carried[vertices].astype(np.float32),
             most[vertices].astype(np.float32),
-            _among(vertices, triangles),
+            rest,
+            triangles,
         )
 
     def aim(self, coordinates: FloatArray, transforms: FloatArray, targets: npt.NDArray[np.float32]) -> None:
@@ -86,7 +90,7 @@ class Retreat:
 
     def within(self, part: Part) -> Retreat:
         """That of what a part holds of the face."""
-        number = np.full(1 + max(part.vertices.max(initial=0), self.vertices.max(initial=0)), -1, np.int32)
+        number = np.full(len(self.rest), -1, np.int32)
         number[part.vertices] = np.arange(len(part.vertices))
         kept = number[self.vertices] >= 0
         skin = number[self.skin]
@@ -95,29 +99,25 @@ class Retreat:
             self.places[kept],
             self.carried[kept],
             self.most[kept],
+            np.ascontiguousarray(self.rest[part.vertices]),
             np.ascontiguousarray(skin[(skin >= 0).all(axis=1)]),
         )
 
     def in_axes(self, order: tuple[int, int, int]) -> Retreat:
         """That of vertices whose components are in another order."""
-        return replace(self, places=np.ascontiguousarray(self.places[:, list(order)]))
+        places, rest = (np.ascontiguousarray(one[:, list(order)]) for one in (self.places, self.rest))
+        return replace(self, places=places, rest=rest)
 
     def write(self, group: h5py.Group) -> None:
-        """Store all fields."""
-        for field in fields(self):
-            group[field.name] = getattr(self, field.name)
+        """Store all that is not the model's."""
+        for name in _OWN:
+            group[name] = getattr(self, name)
 
     @classmethod
     def read(cls, group: h5py.Group) -> Retreat:
-        """Load what `write` stored; the skin of older files is that of their model."""
-        stored = {field.name: group[field.name][()] for field in fields(cls) if field.name in group}
-        if "skin" not in stored:
-            stored["skin"] = _among(stored["vertices"], group.file["triangles"][()])
-        return cls(**stored)
-
-
-def _among(vertices: npt.NDArray[np.integer], triangles: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    return np.ascontiguousarray(triangles[np.isin(triangles, vertices).all(axis=1)])
+        """Load what `write` stored in a model's file."""
+        rest, skin = group.file["rest_vertices"][()], group.file["triangles"][()]
+        return cls(**{name: group[name][()] for name in _OWN}, rest=rest, skin=skin)
 
 
 def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> FloatArray:
