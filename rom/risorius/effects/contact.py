@@ -87,7 +87,7 @@ class Contact:
         """Move vertices (n, 3) out of teeth and lips, in place."""
         self.gave_way = 0.0
         if self.sweep(coordinates, vertices, folds) > TOLERATED:
-            self._go_back(coordinates, vertices)
+            self._go_back(coordinates, vertices, folds)
 
     def sweep(
         self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None = UNFOLDED
@@ -95,9 +95,17 @@ class Contact:
         """Do so without going back; return metres that anything is left in anything, negative where nothing is.
 
         What the quick look takes for deep may be beside the other lip, above all in tissue that was folded. So where
-        following it leaves anything too deep, what a sure look finds is followed, from there and then from the start.
+        following it leaves anything too deep, only what is proven is followed.
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
+        depth = self._sweep_found(vertices, folds)
+        if depth > TOLERATED:
+            self._look.put_back(vertices)
+            depth = self._sweep_proven(vertices)
+        return depth
+
+    def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
+        """Move vertices out of what the quick look finds, then of what is proven to be left; return what then is."""
         if self._look.find(vertices) >= ENOUGH:
             self._look.sweep(vertices)
         depth = self._look.make_sure(vertices, folds)
@@ -106,13 +114,10 @@ class Contact:
                 break
             self._look.sweep_proven(vertices)
             depth = self._look.make_sure(vertices, folds)
-        if depth > TOLERATED:
-            self._look.put_back(vertices)
-            depth = self._start_anew(vertices)
         return depth
 
-    def _start_anew(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Move vertices that nothing has moved yet out of what is proven there; return metres that are left."""
+    def _sweep_proven(self, vertices: npt.NDArray[np.float32]) -> float:
+        """Move vertices out of what is proven, from the start; return metres that are left."""
         self._look.find(vertices)
         depth, enough = self._look.prove(vertices), ENOUGH
         for _ in range(PROOFS):
@@ -127,7 +132,7 @@ class Contact:
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
         return self._look.gaps(vertices)
 
-    def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> None:
+    def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
         self._look.put_back(vertices)
         self._before[:] = vertices
@@ -136,7 +141,7 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            depth = self._start_anew(vertices)
+            depth = self._sweep_found(vertices, folds)
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices
