@@ -106,8 +106,11 @@ class Contact:
 
     def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
         """Move vertices out of what the quick look finds, then of what is proven to be left; return what then is."""
-        if self._look.find(vertices) >= ENOUGH:
+        depth = self._look.find(vertices)
+        if depth >= ENOUGH:
             self._look.sweep(vertices)
+        elif folds is UNFOLDED:
+            return depth
         depth = self._look.make_sure(vertices, folds)
         for _ in range(PROOFS):
             if depth <= TOLERATED:
