@@ -81,7 +81,7 @@ class ContactLook:
         return max(self._proof.depth(vertices), -float(smallest(self._state[3])))
 
     def make_sure(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
-        """The same, where sweeps or folds (f, 3) of tissue leave a doubt of lips; the rest of them counts as clear."""
+        """The same, where sweeps or folds (f, 3) of tissue leave a doubt of lips; the rest of lips counts as clear."""
         depth = self._proof.depth_in_doubt(vertices, self.moved, self._state[5], folds)
         return max(depth, -float(smallest(self._state[3])))
 
@@ -102,7 +102,7 @@ class ContactLook:
         put_back(vertices, self._rows, self._columns[3], self.moved)
 
     def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
-        """Metres (k,) and (l,) of all points, each looked at; those at corners of the mouth at most SEARCHED."""
+        """Metres (k,) and (l,) of all points, each looked at; those of lips at most SEARCHED."""
         find_gaps(vertices, self._teeth, self._lips, self._around, self._state)
         return self._state[3].copy(), self._state[5].copy()
 

@@ -82,7 +82,7 @@ def _candidates(  # type: ignore[no-untyped-def]
                 block = near[start + first_lane(within)]
                 within &= within - 1
                 least = min(least, least_squared(cx, cy, cz, LANES * block, px, py, pz))
-        reach = min(reach, np.float32(math.sqrt(least) * np.float32(1.0 + 1e-4) + np.float32(ROUNDING)))
+        reach = min(reach, np.float32(math.sqrt(least) * np.float32(1.0 + 1e-4) + ROUNDING))
         gaps[number] = reach
         deep = False
         for start in range(0, found, LANES):

@@ -25,11 +25,10 @@ Numbers = npt.NDArray[np.int32]
 
 
 class LipProof:
-    """Looks at every vertex of the lips. Not thread-safe: it owns what it works with.
+    """Looks at vertices of the lips. Not thread-safe: it owns what it works with.
 
-    side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest, as far as a retreat tells.
-    vertices (l,): those that are looked at. state: triangles (l,) near these, working space, gaps (l,) and ways out
-    (l, 3).
+    side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest. vertices (l,): of the lips.
+    state: triangles (l,) near these, working space, gaps (l,) and ways out (l, 3).
     """
 
     def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
@@ -63,12 +62,8 @@ class LipProof:
             turned, np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32),
             np.zeros(3), np.zeros(3, np.float32),
         )  # fmt: skip
-        self._facing = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
-        self.state = self._facing.copy(), np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
-
-    def restart(self) -> None:
-        """Forget what was near what."""
-        self.state[0][:] = self._facing
+        facing = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
+        self.state = facing, np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
 
     def forget(self) -> None:
         """Forget what has been proven: vertices are other ones."""
