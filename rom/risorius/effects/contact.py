@@ -30,6 +30,7 @@ from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
+DUBIOUS = 1e-3  # metres: what is found deeper is beside the other lip as often as in it
 PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
 
 
@@ -107,15 +108,18 @@ class Contact:
     def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
         """Move vertices out of what the quick look finds, then of what is proven to be left; return what then is."""
         depth = self._look.find(vertices)
-        if depth >= ENOUGH:
-            self._look.sweep(vertices)
-        elif folds is UNFOLDED:
+        if depth < ENOUGH and folds is UNFOLDED:
             return depth
+        if depth > DUBIOUS:
+            self._look.make_sure(vertices, UNFOLDED)
+            self._look.adopt()
+        self._look.sweep(vertices)
         depth = self._look.make_sure(vertices, folds)
         for _ in range(PROOFS):
             if depth <= TOLERATED:
                 break
-            self._look.sweep_proven(vertices)
+            self._look.adopt()
+            self._look.sweep(vertices)
             depth = self._look.make_sure(vertices, folds)
         return depth
 
@@ -126,7 +130,8 @@ class Contact:
         for _ in range(PROOFS):
             if depth <= enough:
                 break
-            self._look.sweep_proven(vertices)
+            self._look.adopt()
+            self._look.sweep(vertices)
             depth, enough = self._look.prove(vertices), TOLERATED
         return depth
 

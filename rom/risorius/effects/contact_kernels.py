@@ -434,10 +434,11 @@ def sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def sweep_proven(x, teeth, lips, rows, columns, proven, proof, state):  # type: ignore[no-untyped-def]
-    """Move vertices x (n, 3) out of teeth, and out of what a look that makes sure tells to be in the other lip.
+def adopt(proven, doubted, proof, state):  # type: ignore[no-untyped-def]
+    """Take over what a look that makes sure tells of the points (l,) of the lips that are doubted, by their numbers.
 
-    proven (l,): which of its points the points of the lips are; proof: triangles that these are at, gaps, ways out.
+    proven (l,): numbers among the points that it looks at, whose flags are doubted, and of which proof holds triangles
+    that they are at, gaps, ways out.
     """
     at, gaps_lips, ways_lips = state[0], state[5], state[6]
     at_proven, _space, gaps_proven, ways_proven = proof
@@ -447,6 +448,5 @@ def sweep_proven(x, teeth, lips, rows, columns, proven, proof, state):  # type: 
             at[number], gaps_lips[number] = at_proven[k], gaps_proven[k]
             for i in range(3):
                 ways_lips[number, i] = ways_proven[k, i]
-        else:
+        elif doubted[k]:
             gaps_lips[number] = abs(gaps_lips[number])
-    sweep(x, teeth, lips, rows, columns, state)

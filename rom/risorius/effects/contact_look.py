@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import deepest, find, find_gaps, put_back, smallest, sweep, sweep_proven
+from risorius.effects.contact_kernels import adopt, deepest, find, find_gaps, put_back, smallest, sweep
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -85,11 +85,9 @@ class ContactLook:
         depth = self._proof.depth_in_doubt(vertices, self.moved, self._state[5], folds)
         return max(depth, -float(smallest(self._state[3])))
 
-    def sweep_proven(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Move vertices (n, 3) out of what has been proven."""
-        sweep_proven(
-            vertices, self._teeth, self._lips, self._rows, self._columns, self._proven, self._proof.state, self._state
-        )
+    def adopt(self) -> None:
+        """Take what has been found in lips for clear where that was doubted and is not proven."""
+        adopt(self._proven, self._proof.doubted, self._proof.state, self._state)
 
     def restart(self) -> None:
         """Forget what was near what, and any number that is none."""

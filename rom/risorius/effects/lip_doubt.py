@@ -37,8 +37,9 @@ class LipDoubt:
         self._work = np.zeros(count), np.zeros((3, largest + LANES), np.float32)
         self.doubted = np.zeros(len(vertices), np.int8)
 
-    def surround(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Set the spheres, of vertices (n, 3)."""
+    def everywhere(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Doubt all points of vertices (n, 3)."""
+        self.doubted[:] = AT_WORK
         surround(vertices, self._vertices, *self._patches[:2], self.spheres)
 
     def look(
@@ -52,8 +53,7 @@ class LipDoubt:
         folded, None where nobody knows.
         """
         if folds is None:
-            self.doubted[:] = AT_WORK
-            self.surround(vertices)
+            self.everywhere(vertices)
             return True
         found = doubt(
             vertices, self._rest, moved, gaps, proven, folds, self._vertices, self._patches, self._controls,

@@ -69,10 +69,15 @@ class LipProof:
         """Forget what has been proven: vertices are other ones."""
         self.state[2][:] = TOLD
 
+    @property
+    def doubted(self) -> npt.NDArray[np.int8]:
+        """(l,) more than 0 at vertices that have been looked at."""
+        return self._doubt.doubted
+
     def depth(self, vertices: npt.NDArray[np.float32]) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
         beyond_planes(vertices, self.vertices, self._between, self.state[2])
-        self._doubt.surround(vertices)
+        self._doubt.everywhere(vertices)
         return self._prove(vertices)
 
     def depth_in_doubt(
