@@ -99,11 +99,7 @@ class Contact:
         following it leaves anything too deep, only what is proven is followed.
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        depth = self._sweep_found(vertices, folds)
-        if depth > TOLERATED:
-            self._look.put_back(vertices)
-            depth = self._sweep_proven(vertices)
-        return depth
+        return self._sweep_found(vertices, folds)
 
     def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
         """Move vertices out of what the quick look finds, then of what is proven to be left; return what then is."""
@@ -111,7 +107,7 @@ class Contact:
         if depth < ENOUGH and folds is UNFOLDED:
             return depth
         if depth > DUBIOUS:
-            self._look.make_sure(vertices, UNFOLDED)
+            self._look.make_sure(vertices, self._look.places_deeper_than(DUBIOUS))
             self._look.adopt()
         self._look.sweep(vertices)
         depth = self._look.make_sure(vertices, folds)

@@ -72,6 +72,10 @@ class ContactLook:
         find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._around, self._state)
         return float(deepest(self._state[3], self._state[5]))
 
+    def places_deeper_than(self, depth: float) -> FloatArray:
+        """Places (f, 3) at rest of points that have been found deeper than metres in the other lip."""
+        return self._proof.rest[self._lips[0][self._state[5] < -depth]].astype(np.float64)
+
     def sweep(self, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of what has been found, in place; `moved` (c, 3) is by how much the controls."""
         sweep(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
