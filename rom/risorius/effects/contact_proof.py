@@ -15,6 +15,7 @@ import numpy as np
 from risorius.closest_point import closest_point
 from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, smallest
 from risorius.effects.lane_blocks import NOWHERE, ROUNDING, enclose, turn_planes
+from risorius.effects.skin_around import place_skin
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_behind, lanes_within
@@ -221,12 +222,12 @@ def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):
     around a rim for one to tell of others.
     """
     vertices, sides, _order, _starts, fan_starts, fans, at_rest = points
-    of_rest, corners, told, triangles_around = skin
+    of_rest, corners, told, around, edges, apex = skin
     told[:count] = 0
     deepest, placed = _deepest_of(which, count, told, gaps), False
     while deepest >= 0:
         if not placed:
-            place_corners(x, triangles_around, corners)
+            place_skin(x, around, edges, apex, corners)
             placed = True
         if math.isnan(at_rest[deepest]):
             _beside(rest, vertices[deepest], fan_starts, fans, triangles, sign, place)
@@ -245,9 +246,10 @@ def prove(x, rest, points, surface, blocks, work, state):  # type: ignore[no-unt
 
     Gaps that are more than 0 before are of points that are known to be clear. points: vertices (l,), their sides,
     patches of them, triangles around each of all vertices, and winding numbers at rest, NaN where not known yet.
-    surface: triangles of the lips as in `ContactTables`, flags of their borders, and of all skin around: corners at
-    rest, working space for these now and for what has been told, triangles. blocks: numbers of triangles, those of side
-    0 first, rows of -1 up to whole LANES, the triangles, their planes at rest, and where those of side 1 begin.
+    surface: triangles of the lips as in `ContactTables`, flags of their borders, and of skin around: corners at rest,
+    working space for these now and for what has been told, and what `place_skin` takes. blocks: numbers of triangles,
+    those of side 0 first, rows of -1 up to whole LANES, the triangles, their planes at rest, and where those of side 1
+    begin.
     """
     vertices, sides, order, order_starts = points[:4]
     triangles, across, planes, sign, border, skin = surface

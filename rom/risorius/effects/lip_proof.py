@@ -16,6 +16,7 @@ from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lane_blocks import NOWHERE, blocks_of, turn_planes
 from risorius.effects.lip_doubt import LipDoubt
 from risorius.effects.retreat import Retreat
+from risorius.effects.skin_around import SkinAround, place_skin
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import on_border
 from risorius.vector_lanes import LANES
@@ -45,10 +46,11 @@ class LipProof:
             fans.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
-        of_rest = np.empty((9, len(retreat.skin)), np.float32)
-        place_corners(self.rest, retreat.skin, of_rest)
-        skin = of_rest, np.empty_like(of_rest), np.zeros(count, np.int8), retreat.skin
-        self._surface = t.triangles, t.across, t.planes, sign, border, skin
+        around = SkinAround.of(retreat)
+        skin, of_rest = (around.triangles, around.edges, around.apex), np.empty((9, around.size), np.float32)
+        place_skin(self.rest, *skin, of_rest)
+        told = np.zeros(count, np.int8)
+        self._surface = t.triangles, t.across, t.planes, sign, border, (of_rest, np.empty_like(of_rest), told, *skin)
         members, split = blocks_of(centres, side_of_triangle)
         grouped = np.ascontiguousarray(t.triangles[np.maximum(members, 0).ravel()])
         corners, sizes = np.zeros((9, members.size), np.float32), np.zeros(members.size, np.float32)
