@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Iterable, Sequence
 
 from risorius.budget import Budget, Offer, choose
@@ -11,7 +12,7 @@ from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import cautious, frame_seconds
 
-FRAMES = 64
+FRAMES = 128
 UNASKED = Budget(time=1e-3)
 """What an engine keeps to that was not given a budget."""
 
@@ -21,7 +22,7 @@ _log = logging.getLogger(__name__)
 def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, Pipeline]:
     """Return one of the points of a model, and what runs it with the model's effects on this machine.
 
-    With a budget all are timed here and now. Without one, the times of training decide and nothing is timed, so that
+    With a budget all are timed here and now, by time of the processor: what else the machine does is not theirs. Without one, the times of training decide and nothing is timed, so that
     the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
     """
     points, effects = model.points, tuple(model.effects.values())
@@ -29,7 +30,7 @@ def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, P
         point = points[choose(_offers(points, [point.seconds.median for point in points]), UNASKED).position]
         return point, pipelines(model, [point.setting], effects)[0]
     ways = pipelines(model, [point.setting for point in points], effects)
-    seconds = cautious(frame_seconds(ways, model, FRAMES))
+    seconds = cautious(frame_seconds(ways, model, FRAMES, clock=time.thread_time))
     choice = choose(_offers(points, seconds), budget)
     point = points[choice.position]
     if not choice.met:

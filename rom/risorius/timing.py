@@ -12,7 +12,7 @@ from risorius.model import ReducedModel
 from risorius.pipeline import Pipeline
 
 ROUND = 8  # frames of one pipeline after each other: caches are as warm as in use
-SHARE, MARGIN = 0.75, 2.0
+SHARE, MARGIN, MOST = 0.75, 2.0, 0.99
 
 
 def frame_seconds(
@@ -45,6 +45,6 @@ def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
 def cautious(seconds: FloatArray) -> FloatArray:
     """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): SHARE of them take MARGIN times less.
 
-    The longest of few frames would tell more of what else the machine did meanwhile.
+    Or MOST of them as long, where some frames have more to do than others.
     """
-    return np.asarray(MARGIN * np.quantile(seconds, SHARE, axis=1))
+    return np.asarray(np.maximum(MARGIN * np.quantile(seconds, SHARE, axis=1), np.quantile(seconds, MOST, axis=1)))

@@ -58,7 +58,7 @@ def timed(monkeypatch):
     """As if frames took so many microseconds at each operating point of the synthetic model."""
 
     def set_times(*microseconds):
-        def seconds(ways, model, frames):
+        def seconds(ways, model, frames, clock):
             assert len(ways) == len(microseconds)
             return np.repeat(1e-6 * np.array(microseconds, float)[:, None] / MARGIN, frames, axis=1)
 
@@ -154,7 +154,8 @@ def test_every_frame_of_every_pipeline_is_timed_alone(synthetic_model):
     assert next(ticks) == 0.5 * 2 * 3 * 16
 
 
-def test_a_few_disturbed_frames_do_not_count():
-    seconds = np.full((1, 32), 1e-4)
-    seconds[0, :7] = 8e-3
-    assert cautious(seconds) == pytest.approx(MARGIN * 1e-4)
+@pytest.mark.parametrize(("long", "times"), [(1, MARGIN), (4, 80.0), (40, 160.0)])
+def test_few_long_frames_count_where_they_are_more_than_one_in_a_hundred(long, times):
+    seconds = np.full((1, 128), 1e-4)
+    seconds[0, :long] = 8e-3
+    assert cautious(seconds) == pytest.approx(times * 1e-4)
