@@ -22,8 +22,9 @@ _log = logging.getLogger(__name__)
 def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, Pipeline]:
     """Return one of the points of a model, and what runs it with the model's effects on this machine.
 
-    With a budget all are timed here and now, by time of the processor: what else the machine does is not theirs. Without one, the times of training decide and nothing is timed, so that
-    the same model always answers alike. A budget that no point meets gives the nearest, and a warning in the log.
+    With a budget all are timed here and now, by time of the processor: what else the machine does is not theirs.
+    Without one, the times of training decide and nothing is timed, so that the same model always answers alike. A
+    budget that no point meets gives the nearest, and a warning in the log.
     """
     points, effects = model.points, tuple(model.effects.values())
     if budget is None or budget == Budget():

@@ -138,6 +138,7 @@ def test_other_axes_give_the_same_face(order, made):
     contact, rest = made()
     lifts = JAW_MOTION.lift_coordinates([0.01, 0.0, 0.0])
     vertices = pressed(rest, 1e-3) if len(rest) == SIDE**2 else closed(rest, 2e-3)
+    vertices[SIDE**2 :, 1] += (vertices[SIDE**2 :, [0, 2]] @ [0.013, 0.007]).astype(np.float32)  # no two are as deep
     turned = np.ascontiguousarray(vertices[:, order])
     contact.finish(lifts, vertices)
     contact.in_axes(order).finish(lifts, turned)

@@ -31,6 +31,7 @@ from risorius.snapshot_file import SnapshotSet
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 DUBIOUS = 1e-3  # metres: what is found deeper is beside the other lip as often as in it
+HOPELESS = 0.97  # of a depth: where a round of sweeps leaves more, another will
 PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
 
 
@@ -99,14 +100,18 @@ class Contact:
         following it leaves anything too deep, only what is proven is followed.
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        return self._sweep_found(vertices, folds)
-
-    def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
-        """Move vertices out of what the quick look finds, then of what is proven to be left; return what then is."""
         depth = self._look.find(vertices)
         if depth < ENOUGH and folds is UNFOLDED:
             return depth
-        if depth > DUBIOUS:
+        self._before[:] = vertices
+        return self._sweep_found(vertices, folds, depth)
+
+    def _sweep_found(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None, found: float) -> float:
+        """Move vertices out of what the quick look has found, then of what is proven to be left; return what then is.
+
+        Further rounds are made for as long as they take anything off.
+        """
+        if found > DUBIOUS:
             self._look.make_sure(vertices, self._look.places_deeper_than(DUBIOUS))
             self._look.adopt()
         self._look.sweep(vertices)
@@ -116,19 +121,9 @@ class Contact:
                 break
             self._look.adopt()
             self._look.sweep(vertices)
-            depth = self._look.make_sure(vertices, folds)
-        return depth
-
-    def _sweep_proven(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Move vertices out of what is proven, from the start; return metres that are left."""
-        self._look.find(vertices)
-        depth, enough = self._look.prove(vertices), ENOUGH
-        for _ in range(PROOFS):
-            if depth <= enough:
+            before, depth = depth, self._look.make_sure(vertices, folds)
+            if depth > HOPELESS * before:
                 break
-            self._look.adopt()
-            self._look.sweep(vertices)
-            depth, enough = self._look.prove(vertices), TOLERATED
         return depth
 
     def gaps(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
@@ -138,14 +133,12 @@ class Contact:
 
     def _go_back(self, coordinates: FloatArray, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> None:
         """Let the mouth go back as little of the way as leaves nothing too deep, or least deep where nothing does."""
-        self._look.put_back(vertices)
-        self._before[:] = vertices
         self.retreat.aim(coordinates, self.tables.transforms, self._targets)
         least = math.inf
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            depth = self._sweep_found(vertices, folds)
+            depth = self._sweep_found(vertices, folds, self._look.find(vertices))
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

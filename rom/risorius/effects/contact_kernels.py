@@ -283,18 +283,6 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
 
 
 @_compiled
-def put_back(x, rows, movable, moved):  # type: ignore[no-untyped-def]
-    """Take back what controls have moved vertices by, all sweeps together; rows of their shares, see `move`."""
-    starts, controls, shares = rows
-    for vertex in movable:
-        for i in range(3):
-            shift = 0.0
-            for entry in range(starts[vertex], starts[vertex + 1]):
-                shift += shares[entry] * moved[controls[entry], i]
-            x[vertex, i] -= shift
-
-
-@_compiled
 def find(x, teeth, lips, patches, patches_of_lips, groups, around, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet."""
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]

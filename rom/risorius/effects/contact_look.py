@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import adopt, deepest, find, find_gaps, put_back, smallest, sweep
+from risorius.effects.contact_kernels import adopt, deepest, find, find_gaps, smallest, sweep
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -98,10 +98,6 @@ class ContactLook:
         for state in self._state:
             state[:] = 0
         self._state[0][:] = self._lips[1]
-
-    def put_back(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Take back what sweeps have moved vertices (n, 3) by."""
-        put_back(vertices, self._rows, self._columns[3], self.moved)
 
     def gaps(self, vertices: npt.NDArray[np.float32]) -> tuple[FloatArray, FloatArray]:
         """Metres (k,) and (l,) of all points, each looked at; those of lips at most SEARCHED."""

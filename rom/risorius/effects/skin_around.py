@@ -30,7 +30,7 @@ class SkinAround:
     @classmethod
     def of(cls, retreat: Retreat) -> SkinAround:
         """That of the triangles between vertices that go back."""
-        near = np.isin(retreat.skin, retreat.vertices).all(axis=1)
+        near = np.asarray(np.isin(retreat.skin, retreat.vertices).all(axis=1))
         triangles, other, across = retreat.skin[near], retreat.skin[~near], triangles_across(retreat.skin)[~near]
         beside = (across >= 0) & near[across]
         number, corner = np.nonzero(beside | (across < 0))
