@@ -437,7 +437,8 @@ def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, syn
 
 @pytest.mark.parametrize(("opened", "needless"), [(1.0, 0), (0.01, 1)])
 def test_gauntlet_sees_a_mouth_that_goes_back_without_need(walled_model, monkeypatch, opened, needless):
-    monkeypatch.setattr("risorius.effects.contact.TOLERATED", -2.0)  # so that it always goes back
+    for limit in ("ENOUGH", "TOLERATED"):  # so that it always goes back
+        monkeypatch.setattr(f"risorius.effects.contact.{limit}", -2.0)
     judge = Judge(Bench(walled_model))
     judge.take(Ask({"jaw_open": opened}))
     assert (judge.went_back, judge.broken["needed"]) == (1, needless)
