@@ -58,9 +58,11 @@ def timed(monkeypatch):
     """As if frames took so many microseconds at each operating point of the synthetic model."""
 
     def set_times(*microseconds):
+        known = {}
+
         def seconds(ways, model, frames, clock):
-            assert len(ways) == len(microseconds)
-            return np.repeat(1e-6 * np.array(microseconds, float)[:, None] / MARGIN, frames, axis=1)
+            known.update(known or {id(way): 1e-6 * long / MARGIN for way, long in zip(ways, microseconds, strict=True)})
+            return np.repeat([[known[id(way)]] for way in ways], frames, axis=1)
 
         monkeypatch.setattr(choosing, "frame_seconds", seconds)
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from risorius.effects.retreat import Retreat
 from risorius.effects.skin_around import SkinAround, place_skin
 from risorius.winding_number import winding_number, winding_number_of
 
@@ -26,8 +25,7 @@ def cap():
     """A ball, and what is left of it around its upper end when a cone stands for the rest."""
     rest, triangles = ball()
     vertices = np.flatnonzero(rest[:, 2] > 0.5 * RADIUS).astype(np.int32)
-    none = np.zeros(len(vertices), np.float32)
-    return rest, triangles, SkinAround.of(Retreat(vertices, rest[vertices], none, none, rest, triangles))
+    return rest, triangles, SkinAround.of(vertices, rest, triangles)
 
 
 def wound(around, x, place):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
@@ -114,23 +115,22 @@ def _around(
     (3, b) are last.
     """
     points = tables.vertices
-    rows: list[Numbers] = [np.zeros(0, np.int32)] * len(points)
-    blocks = [np.zeros(0, np.int32)]
+    numbers, near, blocks = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
     for side in (0, 1):
         mine, other = np.flatnonzero(side_of[points] == side), lips[side_of[lips] == 1 - side]
         if not len(mine) or not len(other):
             continue
         order = neighbours_together(rest[other])
         order = other[np.append(order, np.full(-len(order) % LANES, order[-1]))]
-        first, tree = sum(map(len, blocks)), cKDTree(rest[order])
-        for number, found in zip(mine, tree.query_ball_point(rest[points[mine]], AROUND), strict=True):
-            rows[number] = (first + LANES * np.unique(np.array(found, np.int32) // LANES)).astype(np.int32)
+        trees = cKDTree(rest[points[mine]]), cKDTree(rest[order])
+        pairs = trees[0].sparse_distance_matrix(trees[1], AROUND, output_type="ndarray")
+        numbers.append(mine[pairs["i"]])
+        near.append((sum(map(len, blocks)) + pairs["j"]) // LANES)
         blocks.append(order)
-    members = np.concatenate(blocks)
-    near_starts = np.cumsum([0, *map(len, rows)]).astype(np.int32)
-    near = np.concatenate([np.zeros(0, np.int32), *rows])
+    members, pairs = np.concatenate(blocks), (np.concatenate(numbers), np.concatenate(near))
+    table = sp.csr_matrix((np.ones(len(pairs[0]), bool), pairs), shape=(len(points), len(members) // LANES))
     fans, fan_starts = vertex_fans(tables.triangles, len(side_of))
     return (
-        near_starts, near, members, fan_starts.astype(np.int32), fans.astype(np.int32),
-        np.zeros((3, len(members)), np.float32),
+        table.indptr.astype(np.int32), LANES * table.indices.astype(np.int32), members, fan_starts.astype(np.int32),
+        fans.astype(np.int32), np.zeros((3, len(members)), np.float32),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lane_blocks import NOWHERE, blocks_of, turn_planes
 from risorius.effects.lip_doubt import LipDoubt
 from risorius.effects.retreat import Retreat
-from risorius.effects.skin_around import SkinAround, place_skin
+from risorius.effects.skin_around import place_skin
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import on_border
 from risorius.vector_lanes import LANES
@@ -46,7 +46,7 @@ class LipProof:
             fans.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
-        around = SkinAround.of(retreat)
+        around = retreat.around
         skin, of_rest = (around.triangles, around.edges, around.apex), np.empty((9, around.size), np.float32)
         place_skin(self.rest, *skin, of_rest)
         told = np.zeros(count, np.int8)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import h5py
 import numba
@@ -19,6 +20,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from risorius.contact_geometry import ContactGeometry
+from risorius.effects.skin_around import SkinAround
 from risorius.geodesics import distances_from, edge_lengths
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
@@ -70,6 +72,11 @@ class Retreat:
             rest,
             triangles,
         )
+
+    @cached_property
+    def around(self) -> SkinAround:
+        """Skin between the vertices that go back, and what stands for the rest of it."""
+        return SkinAround.of(self.vertices, self.rest, self.skin)
 
     def aim(self, coordinates: FloatArray, transforms: FloatArray, targets: npt.NDArray[np.float32]) -> None:
         """Write where the vertices are, targets (w, 3), when all of the way back is gone.

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.adjacency import triangles_across
-from risorius.effects.retreat import Retreat
 from risorius.winding_number import place_corners
 
 BEHIND = 0.2  # metres
@@ -28,14 +27,16 @@ class SkinAround:
     apex: npt.NDArray[np.float32]
 
     @classmethod
-    def of(cls, retreat: Retreat) -> SkinAround:
-        """That of the triangles between vertices that go back."""
-        near = np.asarray(np.isin(retreat.skin, retreat.vertices).all(axis=1))
-        triangles, other, across = retreat.skin[near], retreat.skin[~near], triangles_across(retreat.skin)[~near]
+    def of(
+        cls, vertices: npt.NDArray[np.integer], rest: npt.NDArray[np.float32], skin: npt.NDArray[np.int32]
+    ) -> SkinAround:
+        """That of the triangles between some vertices, of all skin (m, 3) and its vertices at rest (n, 3)."""
+        near = np.asarray(np.isin(skin, vertices).all(axis=1))
+        triangles, other, across = skin[near], skin[~near], triangles_across(skin)[~near]
         beside = (across >= 0) & near[across]
         number, corner = np.nonzero(beside | (across < 0))
         edges = np.column_stack([other[number, corner], other[number, (corner + 1) % 3]])
-        corners = retreat.rest[triangles].astype(np.float64)
+        corners = rest[triangles].astype(np.float64)
         outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
         middle = corners.mean(axis=(0, 1)) if len(corners) else np.zeros(3)
         apex = middle - BEHIND * outward / max(float(np.linalg.norm(outward)), np.finfo(float).tiny)
