@@ -86,6 +86,20 @@ def test_an_engine_goes_by_the_times_of_this_machine(synthetic_model, timed, mic
     assert engine.evaluate({"AU12": 0.5}).method == setting.method
 
 
+def test_points_that_most_frames_break_a_budget_with_are_not_timed_further(synthetic_model, timed, monkeypatch):
+    timed(10, 90, 40)
+    asked, seconds = [], choosing.frame_seconds
+
+    def counted(ways, model, frames, clock):
+        asked.append((len(ways), frames))
+        return seconds(ways, model, frames, clock)
+
+    monkeypatch.setattr(choosing, "frame_seconds", counted)
+    engine = risorius.Engine(synthetic_model, budget=Budget(time=4e-5))
+    assert engine.point.setting == Setting("polynomial", 6)
+    assert asked == [(3, choosing.FEW), (2, choosing.FRAMES)]
+
+
 def test_without_a_budget_nothing_is_timed_and_the_most_accurate_is_taken(synthetic_model, monkeypatch):
     monkeypatch.setattr(choosing, "frame_seconds", None)
     for budget in (None, Budget()):
