@@ -353,7 +353,7 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
         vertices = random_lips(rest, rng)
         look.find(vertices)
         look.sweep(vertices)
-        told, deep = look.make_sure(vertices, UNFOLDED), look.prove(vertices)
+        told, deep = look.make_sure(vertices, UNFOLDED), look.make_sure(vertices, None)
         assert (told > TOLERATED) == (deep > TOLERATED)
         if deep > TOLERATED:
             assert told == pytest.approx(deep, abs=1e-7)
@@ -366,7 +366,7 @@ def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
     contact, rest = lips()
     look, vertices = contact._look, closed(rest, 1e-3)
     near = rest.mean(axis=0, keepdims=True).astype(np.float64)
-    depth, told = look.prove(vertices), []
+    depth, told = look.make_sure(vertices, None), []
     assert depth > TOLERATED
     for folds in (UNFOLDED, near + np.array([1.0, 0.0, 0.0]), near, None):
         look.find(rest)  # as if the quick look saw nothing
@@ -383,7 +383,7 @@ def test_proof_tells_of_lips_what_the_measure_does():
     for _ in range(30):
         vertices = random_lips(rest, rng)
         depth = measure(vertices, AT_REST).lips
-        assert max(contact._look.prove(vertices), 0.0) == pytest.approx(depth, abs=1e-6)
+        assert max(contact._look.make_sure(vertices, None), 0.0) == pytest.approx(depth, abs=1e-6)
         deep += depth > TOLERATED
     assert deep > 20
 

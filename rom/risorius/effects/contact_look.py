@@ -60,9 +60,8 @@ class ContactLook:
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
         )  # fmt: skip
-        self._proof = LipProof(tables, groups, side_of, retreat)
+        self._proof = LipProof(tables, side_of, retreat)
         self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)
-        self._proven = np.searchsorted(self._proof.vertices, t.vertices).astype(np.int32)
 
     def find(self, vertices: npt.NDArray[np.float32]) -> float:
         """Look at vertices (n, 3) that nothing has moved yet; return metres that any point is in anything at the most.
@@ -81,18 +80,17 @@ class ContactLook:
         """Move vertices (n, 3) out of what has been found, in place; `moved` (c, 3) is by how much the controls."""
         sweep(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
 
-    def prove(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look."""
-        return max(self._proof.depth(vertices), -float(smallest(self._state[3])))
-
     def make_sure(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
-        """The same, where sweeps or folds (f, 3) of tissue leave a doubt of lips; the rest of lips counts as clear."""
-        depth = self._proof.depth_in_doubt(vertices, self.moved, self._state[5], folds)
+        """Metres that any of the points is in anything: lips as the measure has them, teeth as the last look.
+
+        Lips are looked at where sweeps or folds (f, 3) of tissue leave a doubt, everywhere if nobody knows these.
+        """
+        depth = self._proof.depth(vertices, self.moved, self._state[5], folds)
         return max(depth, -float(smallest(self._state[3])))
 
     def adopt(self) -> None:
         """Take what has been found in lips for clear where that was doubted and is not proven."""
-        adopt(self._proven, self._proof.doubted, self._proof.state, self._state)
+        adopt(self._proof.numbers, self._proof.doubted, self._proof.state, self._state)
 
     def restart(self) -> None:
         """Forget what was near what, and any number that is none."""

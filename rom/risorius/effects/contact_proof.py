@@ -1,8 +1,8 @@
 """Looking at the lips as the measure of penetration does, where a quicker look may be wrong; nothing is allocated.
 
-Every point that planes do not tell to be clear is compared with all triangles of the other lip within DEEPEST, LANES
-of them at a time. What is behind the nearest of them is in
-tissue only if skin has closed around it since it was at rest, by its winding number (Jacobson et al. 2013).
+Every point that is not known to be clear is compared with all triangles of the other lip within DEEPEST, LANES of them
+at a time. What is behind the nearest of them is in tissue only if skin has closed around it since it was at rest, by
+its winding number (Jacobson et al. 2013).
 """
 
 from __future__ import annotations

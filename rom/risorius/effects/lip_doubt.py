@@ -18,17 +18,18 @@ Numbers = npt.NDArray[np.int32]
 class LipDoubt:
     """Doubts points of patches of vertices (l,) of the lips. Not thread-safe: it owns what it works with.
 
-    sides (l,): lips that they are on, 0 or 1. rest (n, 3). spheres (4, g + LANES): about the patches, at their leaders,
-    as they were when last looked at. doubted (l,): 0 where the quick look is trusted.
+    numbers (k,): of the points of the tables among them. sides (l,): lips that they are on, 0 or 1. rest (n, 3).
+    spheres (4, g + LANES): about the patches, at their leaders, as they were when last looked at. doubted (l,): 0 where
+    the quick look is trusted.
     """
 
     def __init__(
-        self, tables: ContactTables, vertices: Numbers, sides: Numbers, patches: Patches, rest: npt.NDArray[np.float32]
-    ) -> None:
+        self, tables: ContactTables, vertices: Numbers, numbers: Numbers, sides: Numbers, patches: Patches,
+        rest: npt.NDArray[np.float32],
+    ) -> None:  # fmt: skip
         count = len(patches.leaders)
         self._vertices, self._rest = vertices, rest
-        looked_at = np.searchsorted(vertices, tables.vertices)
-        self._patches = patches.order, patches.starts, int((sides[patches.leaders] == 0).sum()), looked_at
+        self._patches = patches.order, patches.starts, int((sides[patches.leaders] == 0).sum()), numbers
         rows = tables.row_starts, tables.row_controls, tables.row_shares
         self._controls = rows, _reached(tables, vertices, patches)
         self.spheres, self._at_rest = np.full((2, 4, count + LANES), NOWHERE, np.float32)
@@ -36,11 +37,6 @@ class LipDoubt:
         largest = int(np.diff(patches.starts).max(initial=0))
         self._work = np.zeros(count), np.zeros((3, largest + LANES), np.float32)
         self.doubted = np.zeros(len(vertices), np.int8)
-
-    def everywhere(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Doubt all points of vertices (n, 3)."""
-        self.doubted[:] = AT_WORK
-        surround(vertices, self._vertices, *self._patches[:2], self.spheres)
 
     def look(
         self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, proven: FloatArray,
@@ -53,7 +49,8 @@ class LipDoubt:
         folded, None where nobody knows.
         """
         if folds is None:
-            self.everywhere(vertices)
+            self.doubted[:] = AT_WORK
+            surround(vertices, self._vertices, *self._patches[:2], self.spheres)
             return True
         found = doubt(
             vertices, self._rest, moved, gaps, proven, folds, self._vertices, self._patches, self._controls,

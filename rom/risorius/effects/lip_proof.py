@@ -1,4 +1,4 @@
-"""The surer and slower look at lips: of all points, or of those at which the quick one cannot be trusted."""
+"""The surer and slower look at lips: of the points at which the quick one cannot be trusted."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_doubt import trust_others
-from risorius.effects.contact_groups import LipGroups
 from risorius.effects.contact_patches import Patches
-from risorius.effects.contact_planes import TOLD, beyond_planes
+from risorius.effects.contact_planes import TOLD
 from risorius.effects.contact_proof import prove
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lane_blocks import NOWHERE, blocks_of, turn_planes
@@ -28,11 +27,12 @@ Numbers = npt.NDArray[np.int32]
 class LipProof:
     """Looks at vertices of the lips. Not thread-safe: it owns what it works with.
 
-    side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest. vertices (l,): of the lips.
-    state: triangles (l,) near these, working space, gaps (l,) and ways out (l, 3).
+    side_of (n,): lips that vertices are on, 0 or 1. rest (n, 3): where they are at rest. vertices (l,): of the lips;
+    numbers (k,): of the points of the tables among them. state: triangles (l,) near these, working space, gaps (l,) and
+    ways out (l, 3).
     """
 
-    def __init__(self, tables: ContactTables, between: LipGroups, side_of: Numbers, retreat: Retreat) -> None:
+    def __init__(self, tables: ContactTables, side_of: Numbers, retreat: Retreat) -> None:
         t, sign = tables, float(tables.orientation[0])
         self.rest = retreat.rest
         side_of_triangle = side_of[t.triangles[:, 0]]
@@ -57,8 +57,9 @@ class LipProof:
         turned, faced = np.zeros((2, 4, members.size), np.float32)
         place_corners(self.rest, grouped, corners)
         turn_planes(corners, sign, sizes, faced)
-        self._between, self._blocks = between.kernel(self.vertices), (members, grouped, faced, split)
-        self._doubt = LipDoubt(t, self.vertices, sides, patches, self.rest)
+        self._blocks = members, grouped, faced, split
+        self.numbers = np.searchsorted(self.vertices, t.vertices).astype(np.int32)
+        self._doubt = LipDoubt(t, self.vertices, self.numbers, sides, patches, self.rest)
         self._work = (
             self._doubt.spheres[3], np.full((4, len(members)), NOWHERE, np.float32), corners, sizes,
             turned, np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32),
@@ -76,21 +77,17 @@ class LipProof:
         """(l,) more than 0 at vertices that have been looked at."""
         return self._doubt.doubted
 
-    def depth(self, vertices: npt.NDArray[np.float32]) -> float:
-        """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3)."""
-        beyond_planes(vertices, self.vertices, self._between, self.state[2])
-        self._doubt.everywhere(vertices)
-        return self._prove(vertices)
-
-    def depth_in_doubt(
+    def depth(
         self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, folds: FloatArray | None
     ) -> float:
-        """Metres that any is that the quick look cannot be trusted at; the others count as clear. See `LipDoubt`."""
+        """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3).
+
+        Where the quick look can be trusted they count as clear; for the rest see `LipDoubt`.
+        """
         doubted = self._doubt.look(vertices, moved, gaps, self.state[2], folds)
         trust_others(self._doubt.doubted, TOLD, self.state[2])
-        return self._prove(vertices) if doubted else -TOLD
-
-    def _prove(self, vertices: npt.NDArray[np.float32]) -> float:
+        if not doubted:
+            return -TOLD
         return -float(prove(vertices, self.rest, self._points, self._surface, self._blocks, self._work, self.state))
 
 

@@ -32,20 +32,19 @@ ELASTIC = 20e-3  # metres from the lips, beyond which skin goes with the jaw as 
 FADE = 20e-3  # metres beyond what may touch, over which skin goes back less
 SHORTEST = 1e-5  # metres of an edge
 OPENING = 0.3  # of the jaw, at which it is seen how far tissue goes with it
-_OWN = ("vertices", "places", "carried", "most")
 PARTED = 0.06  # sine of an opening of the jaw, beyond which the lips are apart
+_STORED = ("vertices", "carried", "most")
 
 
 @dataclass(frozen=True)
 class Retreat:
-    """vertices (w,) that go back, to places (w, 3) at rest or, by a share carried (w,), to where the jaw takes these.
+    """vertices (w,) that go back, to their places at rest or, by a share carried (w,), to where the jaw takes these.
 
     most (w,): share of the way that each goes when it is asked to go all of it. rest (n, 3), skin (k, 3): all vertices
     at rest, and triangles.
     """
 
     vertices: npt.NDArray[np.int32]
-    places: npt.NDArray[np.float32]
     carried: npt.NDArray[np.float32]
     most: npt.NDArray[np.float32]
     rest: npt.NDArray[np.float32]
@@ -66,12 +65,16 @@ class Retreat:
         carried = _carried(LipSheets.of(geometry.seam, rest, triangles), _elastic(poses, lift_fields, points), graph)
         return cls(
             vertices.astype(np.int32),
-            rest[vertices],
             carried[vertices].astype(np.float32),
             most[vertices].astype(np.float32),
             rest,
             triangles,
         )
+
+    @cached_property
+    def places(self) -> npt.NDArray[np.float32]:
+        """(w, 3) of the vertices that go back, at rest."""
+        return self.rest[self.vertices]
 
     @cached_property
     def around(self) -> SkinAround:
@@ -103,7 +106,6 @@ class Retreat:
         skin = number[self.skin]
         return Retreat(
             number[self.vertices[kept]],
-            self.places[kept],
             self.carried[kept],
             self.most[kept],
             np.ascontiguousarray(self.rest[part.vertices]),
@@ -112,19 +114,18 @@ class Retreat:
 
     def in_axes(self, order: tuple[int, int, int]) -> Retreat:
         """That of vertices whose components are in another order."""
-        places, rest = (np.ascontiguousarray(one[:, list(order)]) for one in (self.places, self.rest))
-        return replace(self, places=places, rest=rest)
+        return replace(self, rest=np.ascontiguousarray(self.rest[:, list(order)]))
 
     def write(self, group: h5py.Group) -> None:
         """Store all that is not the model's."""
-        for name in _OWN:
+        for name in _STORED:
             group[name] = getattr(self, name)
 
     @classmethod
     def read(cls, group: h5py.Group) -> Retreat:
         """Load what `write` stored in a model's file."""
         rest, skin = group.file["rest_vertices"][()], group.file["triangles"][()]
-        return cls(**{name: group[name][()] for name in _OWN}, rest=rest, skin=skin)
+        return cls(**{name: group[name][()] for name in _STORED}, rest=rest, skin=skin)
 
 
 def _elastic(poses: Poses, lift_fields: FloatArray, points: FloatArray) -> FloatArray:
