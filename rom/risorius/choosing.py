@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -49,12 +50,14 @@ def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, P
 
 def _cautious(ways: Sequence[Pipeline], model: ReducedModel, budget: Budget) -> FloatArray:
     """Seconds (ways,) that 99 % of frames keep; of ways of which most frames break the budget from FEW frames alone."""
-    few = frame_seconds(ways, model, FEW, clock=time.thread_time)
+    taken_by = partial(frame_seconds, model=model, clock=time.thread_time)
+    if budget.time is None:
+        return cautious(taken_by(ways, frames=FRAMES))
+    few = taken_by(ways, frames=FEW)
     seconds = cautious(few)
-    kept = np.arange(len(ways)) if budget.time is None else np.flatnonzero(np.median(few, axis=1) <= budget.time)
+    kept = np.flatnonzero(np.median(few, axis=1) <= budget.time)
     if len(kept):
-        every = frame_seconds([ways[int(way)] for way in kept], model, FRAMES, clock=time.thread_time)
-        seconds[kept] = cautious(every)
+        seconds[kept] = cautious(taken_by([ways[int(way)] for way in kept], frames=FRAMES))
     return seconds
 
 

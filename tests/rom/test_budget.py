@@ -86,7 +86,16 @@ def test_an_engine_goes_by_the_times_of_this_machine(synthetic_model, timed, mic
     assert engine.evaluate({"AU12": 0.5}).method == setting.method
 
 
-def test_points_that_most_frames_break_a_budget_with_are_not_timed_further(synthetic_model, timed, monkeypatch):
+@pytest.mark.parametrize(
+    ("budget", "expected"),
+    [
+        (Budget(time=4e-5), [(3, choosing.FEW), (2, choosing.FRAMES)]),
+        (Budget(error=2e-3), [(3, choosing.FRAMES)]),
+    ],
+)
+def test_only_points_that_most_frames_break_a_budget_with_are_timed_by_few(
+    synthetic_model, timed, monkeypatch, budget, expected
+):
     timed(10, 90, 40)
     asked, seconds = [], choosing.frame_seconds
 
@@ -95,9 +104,9 @@ def test_points_that_most_frames_break_a_budget_with_are_not_timed_further(synth
         return seconds(ways, model, frames, clock)
 
     monkeypatch.setattr(choosing, "frame_seconds", counted)
-    engine = risorius.Engine(synthetic_model, budget=Budget(time=4e-5))
+    engine = risorius.Engine(synthetic_model, budget=budget)
     assert engine.point.setting == Setting("polynomial", 6)
-    assert asked == [(3, choosing.FEW), (2, choosing.FRAMES)]
+    assert asked == expected
 
 
 def test_without_a_budget_nothing_is_timed_and_the_most_accurate_is_taken(synthetic_model, monkeypatch):
