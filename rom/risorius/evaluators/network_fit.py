@@ -1,9 +1,13 @@
 """Training of the network map: values and derivatives of snapshots, by Adam (Kingma and Ba 2015).
 
-Each step looks at a few snapshots (`network_gradient`). Weights of the competition are trained with the others.
+Each step looks at a few snapshots (`network_gradient`). Weights of the competition are trained with the others. Members
+know nothing of each other, and are trained side by side.
 """
 
 from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 
 import numba
 import numpy as np
@@ -32,9 +36,11 @@ def fit_network(observations: Observations) -> NetworkMap:
     reflection = observations.reflection or Reflection(
         np.arange(count), np.ones(count), np.ones(observations.coordinates.shape[1])
     )
+    problems = [NetworkGradient(observations, reflection) for _ in range(MEMBERS)]  # each has room of its own
     competition = fit_competition(observations)
-    with threadpool_limits(1):  # products are small: threads that wait for each other take four times the CPU time
-        members = tuple(_trained(observations, reflection, competition, seed) for seed in range(MEMBERS))
+    # Products are small: threads of one that wait for each other take four times the CPU time.
+    with threadpool_limits(1), ThreadPoolExecutor(MEMBERS) as pool:
+        members = tuple(pool.map(_trained, problems, repeat(competition), range(MEMBERS)))
     return NetworkMap(members, reflection, np.arange(count))
 
 
@@ -44,10 +50,9 @@ def _steps(snapshots: int) -> int:
     return min(max(STEPS_EACH * snapshots, of_few), MOST_STEPS)
 
 
-def _trained(observations: Observations, reflection: Reflection, competition: FloatArray, seed: int) -> Member:
-    rng = np.random.default_rng(seed)
-    problem, admissible = NetworkGradient(observations, reflection), AdmissibleWeights.of(observations)
-    shapes = problem.shapes
+def _trained(problem: NetworkGradient, competition: FloatArray, seed: int) -> Member:
+    rng, observations, shapes = np.random.default_rng(seed), problem.observations, problem.shapes
+    admissible = AdmissibleWeights.of(observations)
     theta = np.concatenate([one.ravel() for one in _first(observations, competition, shapes, rng).values()])
     mean, square, gradient = np.zeros_like(theta), np.zeros_like(theta), np.empty_like(theta)
     steps = _steps(len(observations.parameters))
@@ -62,7 +67,7 @@ def _trained(observations: Observations, reflection: Reflection, competition: Fl
     return Member(competition, **{name: array.copy() for name, array in now.items()}).rounded()
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _adam(gradient, rate, step, mean, square, theta):  # type: ignore[no-untyped-def]
     """Take a step."""
     first, second = np.float32(MOMENTS[0]), np.float32(MOMENTS[1])

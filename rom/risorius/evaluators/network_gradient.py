@@ -207,7 +207,7 @@ class _Entry:
         out[:] = self.parameters.T @ by_denominators - self.directions.T @ (ours[1:] * slope).sum(axis=1)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _bend(combined, thresholds, start, out):  # type: ignore[no-untyped-def]
     """Write bent combinations (1 + d, 2, s, h) into features from `start` on; add thresholds to the combinations."""
     square = np.float32(WIDTH * WIDTH)
@@ -226,7 +226,7 @@ def _bend(combined, thresholds, start, out):  # type: ignore[no-untyped-def]
                     out[k, side, s, start + r] = slope[r] * combined[k, side, s, r]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _unbend(combined, thresholds, start, by_features, by_thresholds):  # type: ignore[no-untyped-def]
     """Put the gradient by combinations (1 + d, 2, s, h) into their place, from that by features from `start` on."""
     square = np.float32(WIDTH * WIDTH)
