@@ -77,12 +77,7 @@ class InputTable:
     @cached_property
     def aliases(self) -> Mapping[str, tuple[int, ...]]:
         """Every accepted name -> positions in `names`: `AU12` -> those of `AU12_L` and `AU12_R`."""
-        table: dict[str, tuple[int, ...]] = {name: (position,) for position, name in enumerate(self.names)}
-        for name, positions in list(table.items()):
-            stem = without_side(name)
-            if stem != name:
-                table[stem] = table.get(stem, ()) + positions
-        return table
+        return _positions(self.names)
 
     def weights(self, values: Mapping[str, Weight]) -> FloatArray:
         """Weight array (inputs,) of named weights, numbers or FACS letters; names without a side set both sides.
@@ -124,10 +119,12 @@ class InputTable:
         """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""
         result = np.zeros(len(self.parameters))
         for name, value in muscles.items():
-            found = [i for i, muscle in enumerate(self.muscles) if name in (muscle, without_side(muscle))]
-            if not found:
+            positions = self._muscle_positions.get(name)
+            if positions is None:
                 raise InputError(f"muscle {name!r} is not in this model; it has: {', '.join(self.muscles)}")
-            result[found] = self._checked(name, value, 0.0)
+            weight = self._checked(name, value, 0.0)
+            for position in positions:
+                result[position] = weight
         return result
 
     def unknown(self, name: str) -> str:
@@ -141,6 +138,10 @@ class InputTable:
     @cached_property
     def _known(self) -> str:
         return "it understands: " + ", ".join(dict.fromkeys(without_side(name) for name in self.names))
+
+    @cached_property
+    def _muscle_positions(self) -> Mapping[str, tuple[int, ...]]:
+        return _positions(self.muscles)
 
     @cached_property
     def _parameter_index(self) -> dict[str, int]:
@@ -181,6 +182,16 @@ class InputTable:
         if not lower <= number <= 1.0:
             raise InputError(f"{name}: weight {number:g} is out of range; give a number in [{lower:g}, 1]")
         return number
+
+
+def _positions(names: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+    """Where each name is, and where those of both sides are that a name without a side stands for."""
+    table: dict[str, tuple[int, ...]] = {name: (position,) for position, name in enumerate(names)}
+    for name, positions in list(table.items()):
+        stem = without_side(name)
+        if stem != name:
+            table[stem] = table.get(stem, ()) + positions
+    return table
 
 
 @numba.njit(cache=True)
