@@ -79,6 +79,11 @@ class InputTable:
         """Every accepted name -> positions in `names`: `AU12` -> those of `AU12_L` and `AU12_R`."""
         return _positions(self.names)
 
+    @cached_property
+    def muscle_aliases(self) -> Mapping[str, tuple[int, ...]]:
+        """Every accepted name of a muscle -> positions in `muscles`, of both sides without one."""
+        return _positions(self.muscles)
+
     def weights(self, values: Mapping[str, Weight]) -> FloatArray:
         """Weight array (inputs,) of named weights, numbers or FACS letters; names without a side set both sides.
 
@@ -119,7 +124,7 @@ class InputTable:
         """Parameter vector of named muscle activations; a name without a side sets both; raises InputError."""
         result = np.zeros(len(self.parameters))
         for name, value in muscles.items():
-            positions = self._muscle_positions.get(name)
+            positions = self.muscle_aliases.get(name)
             if positions is None:
                 raise InputError(f"muscle {name!r} is not in this model; it has: {', '.join(self.muscles)}")
             weight = self._checked(name, value, 0.0)
@@ -138,10 +143,6 @@ class InputTable:
     @cached_property
     def _known(self) -> str:
         return "it understands: " + ", ".join(dict.fromkeys(without_side(name) for name in self.names))
-
-    @cached_property
-    def _muscle_positions(self) -> Mapping[str, tuple[int, ...]]:
-        return _positions(self.muscles)
 
     @cached_property
     def _parameter_index(self) -> dict[str, int]:

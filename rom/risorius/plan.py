@@ -17,7 +17,7 @@ from risorius.effects.leaning import LEANING
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Setting, Superposition
 from risorius.hyper_reduction.muscles import ReducedMuscles
-from risorius.inputs import InputTable, without_side
+from risorius.inputs import InputTable
 from risorius.jaw import FloatArray
 from risorius.model import ReducedModel
 from risorius.operating_point import OperatingPoint
@@ -132,11 +132,10 @@ def _inputs(model: ReducedModel, scene: Scene) -> InputTable:
         return table
     names, muscles = set[str](), set[str]()
     for name in scene.inputs:
-        sided = {muscle for muscle in table.muscles if name in (muscle, without_side(muscle))}
         if name in table.aliases:
             names |= {table.names[position] for position in table.aliases[name]}
-        elif sided:
-            muscles |= sided
+        elif name in table.muscle_aliases:
+            muscles |= {table.muscles[position] for position in table.muscle_aliases[name]}
         else:
             raise InputError(f"scene: inputs: {table.unknown(name)}; muscles: {', '.join(table.muscles)}")
     rows = [position for position, name in enumerate(table.names) if name in names]

@@ -48,8 +48,6 @@ def parse_settings(settings: Sequence[str]) -> dict[str, float]:
 
 def split_muscles(values: Mapping[str, float], table: InputTable) -> tuple[dict[str, float], dict[str, float]]:
     """Weights of inputs and activations of muscles; a name that is both, or neither, counts as an input."""
-    from risorius.inputs import without_side
-
-    known = {*table.muscles, *map(without_side, table.muscles)} - set(table.aliases)
+    known = set(table.muscle_aliases) - set(table.aliases)
     muscles = {name: value for name, value in values.items() if name in known}
     return {name: value for name, value in values.items() if name not in muscles}, muscles
