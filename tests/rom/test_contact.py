@@ -8,8 +8,9 @@ from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
+from risorius.effects.contact_blocks import beyond_blocks
 from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
-from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
+from risorius.effects.contact_patches import take_off_shifts
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
@@ -241,25 +242,26 @@ def test_scene_asks_for_contact_of_a_model_that_has_it(synthetic_model):
         Engine(synthetic_model, Scene(contact=True))
 
 
-@pytest.mark.parametrize("depth", [-0.9e-3, -0.2e-3, 0.5e-3])
-def test_what_is_not_looked_at_touches_nothing(depth):
-    """Bounds from leaders, and from how far points have moved, are at most the distance from the ball."""
+@pytest.mark.parametrize("depth", [-4e-3, -0.9e-3, 0.5e-3])
+def test_what_blocks_of_a_grid_leave_is_less_than_the_gap(depth):
+    """Of the sheet around a ball, most of which is clear."""
     contact, rest = on_ball()
     look = contact._look
-    points = look._teeth[0]
-    gaps = look._state[3]
-    leaders, slack, order, starts = look._patches[0]
-    vertices = pressed(rest, depth)
-    x = vertices.copy()
-    gaps[leaders] = -depths(x)[points[leaders]]
-    which = np.zeros(len(points), np.int32)
-    count = beyond_leaders(x, points, order, starts, slack, 1.0, gaps, which)
-    clear = np.setdiff1d(np.arange(len(points)), which[:count])
-    assert (gaps[clear] <= -depths(x)[points[clear]] + 1e-7).all()
-    assert len(clear) > (0 if depth > 0.0 else 0.5 * len(points))
+    x = pressed(rest, depth)
+    (ball,) = contact.geometry.obstacles.values()
+    exact, gaps = ball.distance(x)[contact.tables.points], np.empty(len(contact.tables.points))
+    onsets, *space = look._blocks
+    beyond_blocks(x, contact.tables.points, onsets, *look._teeth[5:], *space, gaps)
+    clear = gaps > 0.0
+    assert (gaps[clear] <= exact[clear] + 1e-7).all()
+    assert clear.mean() > (0.5 if depth < 0.0 else 0.2)
 
-    gaps[:] = -depths(x)[points]
-    rng = np.random.default_rng(2)
+
+def test_what_has_moved_less_than_its_gap_touches_nothing():
+    contact, rest = on_ball()
+    x = pressed(rest, -0.2e-3)
+    points, rng = contact.tables.points, np.random.default_rng(2)
+    gaps = -depths(x)[points]
     shifts = 1e-3 * rng.standard_normal(x.shape) * (rng.random((len(x), 1)) < 0.3)
     x += shifts
     take_off_shifts(points, shifts, np.linalg.norm(shifts, axis=1).max(), gaps)

@@ -10,6 +10,7 @@ import math
 import numba
 
 from risorius.closest_point import closest_point
+from risorius.effects.contact_blocks import BLOCK, beyond_blocks, blocks
 from risorius.effects.contact_patches import (
     below,
     beyond_leaders,
@@ -38,15 +39,8 @@ LONGEST_WALK = 16  # triangles
 DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
-BLOCK = 4  # steps of a grid, along each axis, of which the least distance is kept
 CLEAR = 1e-3  # metres
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
-
-
-@_compiled
-def blocks(size):  # type: ignore[no-untyped-def]
-    """Number of blocks along an axis of a grid."""
-    return (size - 2) // BLOCK + 1
 
 
 @_compiled
@@ -77,8 +71,8 @@ def _linear(c000, c001, c010, c011, c100, c101, c110, c111, u, v, w):  # type: i
 
 @_compiled
 def gaps_to_teeth(  # type: ignore[no-untyped-def]
-    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
-    turn, origin, gaps, ways,
+    x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
+    origin, gaps, ways,
 ):  # fmt: skip
     """Gaps (k,) of `count` of the points, `which` by number, to what is nearest of the obstacles; ways out (k, 3).
 
@@ -103,7 +97,7 @@ def gaps_to_teeth(  # type: ignore[no-untyped-def]
             a, b, c = (a - lows[o, 0]) * per_metre, (b - lows[o, 1]) * per_metre, (c - lows[o, 2]) * per_metre
             ny, nz = shapes[o, 1], shapes[o, 2]
             ox, oy, oz = away[number, o, 0], away[number, o, 1], away[number, o, 2]
-            gap, gx, gy, gz, way = beyond[o] - begins, ox, oy, oz, 0.0
+            gap, gx, gy, gz, way = least[len(least) - len(starts) + o] - begins, ox, oy, oz, 0.0
             for step in range(LONGEST_WAY):
                 s = way * per_metre
                 u, v, w = a + s * ox, b + s * oy, c + s * oz
@@ -283,22 +277,23 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
 
 
 @_compiled
-def find(x, teeth, lips, patches, patches_of_lips, groups, around, state):  # type: ignore[no-untyped-def]
+def find(x, teeth, lips, of_blocks, patches, groups, around, state):  # type: ignore[no-untyped-def]
     """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet."""
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
+    points, _onset, _away, _grid, _starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
+    onsets, places, cells = of_blocks
     moved[:] = 0.0
-    leaders, slack, order, starts = patches
-    gaps[:] = 0.0
-    which[: len(leaders)] = leaders
-    _approach(x, teeth, lips, len(leaders), 0, state)
-    _approach(x, teeth, lips, beyond_leaders(x, teeth[0], order, starts, slack, APART, gaps, which), 0, state)
+    beyond_blocks(
+        x, points, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, places, cells, gaps
+    )  # fmt: skip
+    _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
     vertices, facing = lips[0], lips[1]
-    slack, order, starts = patches_of_lips
+    order, starts = patches
     at[:] = facing
     _place(x, around[2], around[5])
     beyond_planes(x, vertices, groups, gaps_lips)
     _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), state)
-    count = beyond_leaders(x, vertices, order, starts, slack, APART, gaps_lips, which_lips)
+    count = beyond_leaders(x, vertices, order, starts, gaps_lips, which_lips)
     _look(x, teeth, lips, around, count, state)
 
 
@@ -319,12 +314,12 @@ def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
 @_compiled
 def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some of the points, of lips as far as the way downhill leads."""
-    points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond, turn, origin = teeth
+    points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
     vertices, _facing, places, triangles, across, planes, sign = lips
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
     gaps_to_teeth(
-        x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, beyond,
-        turn, origin, gaps, ways,
+        x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
+        origin, gaps, ways,
     )  # fmt: skip
     gaps_to_lips(x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips)
 

@@ -42,19 +42,15 @@ class ContactLook:
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares, np.unique(t.column_vertices)
         rows, controls = t.shares, t.shares.shape[1]
-        touching = t.onset > -1.0
-        kinds = np.unique(touching, axis=0, return_inverse=True)[1].ravel()
-        slack = -np.where(touching, t.onset, 0.0).min(axis=1, initial=0.0)
         side_of = lip_sides(t)
-        sides = side_of[t.vertices]
-        of_teeth, of_lips = Patches.of(rows[t.points], kinds), Patches.of(rows[t.vertices], sides)
-        self._patches = (
-            (of_teeth.leaders, slack, of_teeth.order, of_teeth.starts),
-            (np.zeros(len(t.vertices)), of_lips.order, of_lips.starts),
-        )
+        patches = Patches.of(rows[t.vertices], side_of[t.vertices])
+        self._patches = patches.order, patches.starts
         self._groups = groups.kernel(t.vertices)
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
+        self._blocks = (
+            np.ascontiguousarray(t.onset.T), np.zeros((3, points), np.float32), np.zeros(points, np.int32)
+        )  # fmt: skip
         self._state: tuple[npt.NDArray[Any], ...] = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
@@ -69,7 +65,9 @@ class ContactLook:
         Negative where none is, as in all that follows.
         """
         self._proof.forget()
-        find(vertices, self._teeth, self._lips, *self._patches, self._groups, self._around, self._state)
+        find(
+            vertices, self._teeth, self._lips, self._blocks, self._patches, self._groups, self._around, self._state
+        )
         return float(deepest(self._state[3], self._state[5]))
 
     def places_deeper_than(self, depth: float) -> FloatArray:

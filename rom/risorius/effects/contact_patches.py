@@ -55,17 +55,15 @@ def leaders_of_others(order, starts, gaps, which):  # type: ignore[no-untyped-de
 
 
 @_compiled
-def beyond_leaders(x, points, order, starts, slack, apart, gaps, which):  # type: ignore[no-untyped-def]
+def beyond_leaders(x, points, order, starts, gaps, which):  # type: ignore[no-untyped-def]
     """Set gaps (k,) that are not known to be more than 0 to what those of leaders leave; write numbers of the others.
 
-    slack (k,): metres that gaps of a leader's neighbours may be smaller by. apart: gap of a leader that tells nothing.
     Returns how many may touch.
     """
     found = 0
     for patch in range(len(starts) - 1):
         leader = order[starts[patch]]
-        p, gap = points[leader], gaps[leader]
-        known = gap - slack[leader] if gap < apart else -1.0
+        p, known = points[leader], gaps[leader]
         for e in range(starts[patch] + 1, starts[patch + 1]):
             number = order[e]
             if gaps[number] > 0.0:

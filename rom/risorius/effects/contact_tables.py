@@ -14,7 +14,8 @@ from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_kernels import BLOCK, blocks, move_jaw
+from risorius.effects.contact_blocks import BLOCK, blocks
+from risorius.effects.contact_kernels import move_jaw
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
@@ -85,8 +86,8 @@ class ContactTables:
         return sp.csr_matrix((self.row_shares, self.row_controls, self.row_starts), shape=shape)
 
     @cached_property
-    def least(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-        """Least distances of the blocks of all grids, where those of each start, and what is farther beyond each."""
+    def least(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64]]:
+        """Least distances of the blocks of all grids, then those beyond each grid; where those of each grid start."""
         parts, beyond = [np.zeros(0, np.float32)], []
         for start, shape in zip(self.starts, self.shapes, strict=True):
             grid = self.distances[start : start + shape.prod()].reshape(shape)
@@ -98,7 +99,7 @@ class ContactTables:
                 grid = np.minimum(inner, np.take(grid, np.minimum(first + BLOCK, shape[axis] - 1), axis))
             parts.append(grid.ravel())
         starts = np.cumsum([len(part) for part in parts])[:-1].astype(np.int64)
-        return np.concatenate(parts), starts, np.array(beyond, np.float32)
+        return np.concatenate([*parts, np.array(beyond, np.float32)]), starts
 
     def within(self, part: Part) -> ContactTables:
         """Tables of a part of the model. Lips of which it does not hold all triangles around a vertex do not meet."""
