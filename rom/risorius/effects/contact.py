@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_groups import LipGroups
-from risorius.effects.contact_kernels import ENOUGH, TOLERATED, move_jaw
+from risorius.effects.contact_kernels import TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
@@ -30,6 +30,7 @@ from risorius.snapshot_file import SnapshotSet
 
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
+SHALLOW = 0.2e-3  # metres: equilibria have lips as deep in each other, and where nothing is deeper nothing is moved
 DUBIOUS = 1e-3  # metres: what is found deeper is beside the other lip as often as in it
 HOPELESS = 0.97  # of a depth: where a round of sweeps leaves more, another will
 PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
@@ -101,7 +102,7 @@ class Contact:
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
         depth = self._look.find(vertices)
-        if depth < ENOUGH and folds is UNFOLDED:
+        if depth < SHALLOW and folds is UNFOLDED:
             return depth
         self._before[:] = vertices
         return self._sweep_found(vertices, folds, depth)

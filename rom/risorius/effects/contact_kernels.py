@@ -40,6 +40,7 @@ DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
 CLEAR = 1e-3  # metres
+CLOSE = 1e-3  # metres from the other lip, where triangles around the nearest vertex are looked at, too
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 
 
@@ -139,7 +140,7 @@ def gaps_to_teeth(  # type: ignore[no-untyped-def]
 
 @_compiled
 def gaps_to_lips(  # type: ignore[no-untyped-def]
-    x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways
+    x, vertices, which, count, at, places, triangles, across, planes, sign, gaps, ways, unsure
 ):
     """Gaps (l,) of `count` of the lips' points, `which` by number, to the other lip; ways out (l, 3), unit vectors.
 
@@ -175,7 +176,7 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
                 break
             t, begun = following, True
             w0, w1, w2 = n0, n1, n2
-        gaps[number] = FAR
+        gaps[number], unsure[number] = FAR, False
         if not begun:
             continue
         at[number] = t
@@ -184,8 +185,6 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
         for k in range(3):
             opposite = w2 if k == 0 else (w0 if k == 1 else w1)
             ends = ends or (opposite == 0.0 and across[t, k] < 0)
-        if ends:
-            continue
         nx, ny, nz = 0.0, 0.0, 0.0
         for k in range(-1, 3):
             candidate = t
@@ -194,21 +193,24 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
                 if opposite != 0.0:
                     continue
                 candidate = across[t, k]
+                if candidate < 0:
+                    continue
             a, b, c = triangles[candidate, 0], triangles[candidate, 1], triangles[candidate, 2]
             ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
             vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
             mx, my, mz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             scale = sign / max(math.sqrt(mx * mx + my * my + mz * mz), 1e-20)
             nx, ny, nz = nx + mx * scale, ny + my * scale, nz + mz * scale
-        behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
-                  + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
-        if behind:
-            continue
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         side = (nx * (px - w0 * x[a, 0] - w1 * x[b, 0] - w2 * x[c, 0])
                 + ny * (py - w0 * x[a, 1] - w1 * x[b, 1] - w2 * x[c, 1])
                 + nz * (pz - w0 * x[a, 2] - w1 * x[b, 2] - w2 * x[c, 2]))  # fmt: skip
-        if side >= 0.0 or square >= DEEPEST * DEEPEST:
+        if side >= 0.0:
+            continue
+        behind = (planes[t, 0] * places[number, 0] + planes[t, 1] * places[number, 1]
+                  + planes[t, 2] * places[number, 2] < planes[t, 3])  # fmt: skip
+        if ends or behind or square >= DEEPEST * DEEPEST:
+            unsure[number] = True
             continue
         gaps[number] = -gaps[number]
         length = max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-12)
@@ -293,7 +295,7 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, state):  # type: ig
     _place(x, around[2], around[5])
     beyond_planes(x, vertices, groups, gaps_lips)
     _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), state)
-    count = beyond_leaders(x, vertices, order, starts, gaps_lips, which_lips)
+    count = beyond_leaders(x, vertices, order, starts, gaps_lips, state[11], which_lips)
     _look(x, teeth, lips, around, count, state)
 
 
@@ -316,12 +318,12 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
     """Find the gaps of some of the points, of lips as far as the way downhill leads."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
     vertices, _facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts, unsure = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
         origin, gaps, ways,
     )  # fmt: skip
-    gaps_to_lips(x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips)
+    gaps_to_lips(x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips, unsure)
 
 
 @_compiled
@@ -363,20 +365,23 @@ def _search(x, vertices, triangles, around, which, count, at, gaps):  # type: ig
         for k in range(3):
             q = triangles[at[number], k]
             u, v, w = px - x[q, 0], py - x[q, 1], pz - x[q, 2]
-            least = min(least, u * u + v * v + w * w)
+            square = u * u + v * v + w * w
+            if square < least:
+                least, nearest = square, q
         least *= 1.0 - 1e-6
         for k in range(near_starts[number], near_starts[number + 1]):
             square = least_squared(xs, ys, zs, near[k], px, py, pz)
             if square < least:
                 first, least = near[k], square
         gaps[number] = min(gaps[number], SEARCHED)
-        if first < 0:
+        if first >= 0:
+            for m in range(first, first + LANES):
+                u, v, w = px - xs[m], py - ys[m], pz - zs[m]
+                if u * u + v * v + w * w <= least:
+                    nearest = members[m]
+                    break
+        elif gaps[number] > CLOSE:
             continue
-        for m in range(first, first + LANES):
-            u, v, w = px - xs[m], py - ys[m], pz - zs[m]
-            if u * u + v * v + w * w <= least:
-                nearest = members[m]
-                break
         if nearest < 0:
             continue
         least, begun = gaps[number] * gaps[number] * (1.0 - 1e-6), at[number]
@@ -403,7 +408,7 @@ def deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
 @_compiled
 def sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of what the last look has found."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts, _unsure = state
     for number in range(SWEEPS):
         if deepest(gaps, gaps_lips) < (ENOUGH if number < FIRST else LITTLE):
             break

@@ -54,7 +54,7 @@ class ContactLook:
         self._state: tuple[npt.NDArray[Any], ...] = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
-            np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)),
+            np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)), np.zeros(lips, bool),
         )  # fmt: skip
         self._proof = LipProof(tables, side_of, retreat)
         self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)

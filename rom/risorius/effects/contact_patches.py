@@ -55,7 +55,7 @@ def leaders_of_others(order, starts, gaps, which):  # type: ignore[no-untyped-de
 
 
 @_compiled
-def beyond_leaders(x, points, order, starts, gaps, which):  # type: ignore[no-untyped-def]
+def beyond_leaders(x, points, order, starts, gaps, unsure, which):  # type: ignore[no-untyped-def]
     """Set gaps (k,) that are not known to be more than 0 to what those of leaders leave; write numbers of the others.
 
     Returns how many may touch.
@@ -63,7 +63,7 @@ def beyond_leaders(x, points, order, starts, gaps, which):  # type: ignore[no-un
     found = 0
     for patch in range(len(starts) - 1):
         leader = order[starts[patch]]
-        p, known = points[leader], gaps[leader]
+        p, known = points[leader], 0.0 if unsure[leader] else gaps[leader]
         for e in range(starts[patch] + 1, starts[patch + 1]):
             number = order[e]
             if gaps[number] > 0.0:
