@@ -10,7 +10,7 @@ from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_blocks import beyond_blocks
 from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
-from risorius.effects.contact_patches import take_off_shifts
+from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
@@ -70,6 +70,14 @@ def test_skin_in_a_tooth_is_moved_out_of_it(depth):
     assert depths(vertices).max() == pytest.approx(depth, abs=1e-6)
     contact.finish(AT_REST, vertices)
     assert depths(vertices).max() < 0.15e-3
+
+
+def test_what_is_as_shallow_as_at_equilibria_is_left_as_it_is():
+    contact, rest = on_ball()
+    vertices = pressed(rest, 0.18e-3)
+    before = vertices.copy()
+    contact.finish(AT_REST, vertices)
+    np.testing.assert_array_equal(vertices, before)
 
 
 def test_what_moves_fades_out_and_nothing_dents():
@@ -333,7 +341,7 @@ def test_depth_that_sweeps_have_left_is_seen(depth):
     """The deepest of all points, looked at one by one, is what the ball has it to be."""
     contact, rest = on_ball()
     vertices = pressed(rest, depth)
-    assert contact._look.find(vertices) == pytest.approx(depth, abs=0.03e-3)
+    assert contact._look.find(vertices, False) == pytest.approx(depth, abs=0.03e-3)
 
 
 def random_lips(rest, rng):
@@ -353,7 +361,7 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
     look, rng, left = contact._look, np.random.default_rng(1), 0
     for _ in range(200):
         vertices = random_lips(rest, rng)
-        look.find(vertices)
+        look.find(vertices, False)
         look.sweep(vertices)
         told, deep = look.make_sure(vertices, UNFOLDED), look.make_sure(vertices, None)
         assert (told > TOLERATED) == (deep > TOLERATED)
@@ -371,7 +379,7 @@ def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
     depth, told = look.make_sure(vertices, None), []
     assert depth > TOLERATED
     for folds in (UNFOLDED, near + np.array([1.0, 0.0, 0.0]), near, None):
-        look.find(rest)  # as if the quick look saw nothing
+        look.find(rest, False)  # as if the quick look saw nothing
         told.append(look.make_sure(vertices, folds))
     assert max(told[:2]) <= 0.0
     assert told[2:] == pytest.approx([depth, depth], abs=1e-7)
@@ -397,7 +405,7 @@ def test_blocks_of_the_grid_never_hide_contact():
     look = contact._look
     for _ in range(5):
         vertices = (rest + rng.uniform(-4e-3, 4e-3, 3)).astype(np.float32)
-        look.find(vertices)
+        look.find(vertices, False)
         gaps, points = look._state[3], look._teeth[0]
         exact = -depths(vertices)[points]
         assert ((gaps < 0.0) == (exact < -0.05e-3))[np.abs(exact) > 0.1e-3].all()
@@ -420,11 +428,32 @@ def test_no_gap_of_lips_is_larger_than_to_the_nearest_vertex_of_the_other():
     nearest = np.array([np.linalg.norm(of - place, axis=1).min() for of, place in zip(other, places, strict=True)])
     larger = []
     for effect in (downhill, contact):
-        effect._look.find(rolled.copy())
+        effect._look.find(rolled.copy(), False)
         most = np.clip(nearest, TOLERATED, SEARCHED) + 1e-6
         larger.append(np.count_nonzero(effect._look._state[5] > most))
     assert larger[0] > 10
     assert larger[1] == 0
+
+
+def test_who_is_behind_a_border_tells_nothing_of_its_neighbours():
+    """One point of the upper lip, pulled around the border of the lower one, is outside; its neighbours need not be."""
+    contact, rest = lips()
+    look, tables, vertices = contact._look, contact.tables, rest.copy()
+    upper = np.flatnonzero(tables.vertices >= SIDE**2)
+    number = upper[rest[tables.vertices[upper], 0].argmax()]
+    border = rest[tables.triangles, 0].max()
+    vertices[tables.vertices[number]] = border + 0.4e-3, -1.2e-3, rest[tables.vertices[number], 2]
+    gaps = look.gaps(vertices)[1]
+    assert gaps[number] == pytest.approx(np.hypot(0.4e-3, 0.7e-3), rel=1e-3)
+    np.testing.assert_array_equal(np.intersect1d(upper, np.flatnonzero(look._state[11])), [number])
+
+    beside = np.array([[0.0, 0.0, 0.0], [0.4e-3, 0.0, 0.0]], np.float32)
+    for unsure, left, count in ((False, 0.6e-3, 0), (True, 0.0, 1)):
+        found, which = np.array([1e-3, 0.0]), np.zeros(2, np.int32)
+        arguments = np.arange(2), np.arange(2), np.array([0, 2]), found, np.array([unsure, False]), which
+        assert beyond_leaders(beside, *arguments) == count
+        assert found[1] == pytest.approx(left, rel=1e-5)
+        assert which[:count].tolist() == [1] * count
 
 
 def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, synthetic_model):
@@ -439,7 +468,7 @@ def test_a_frame_whose_mouth_went_back_says_so_and_by_how_much(walled_model, syn
 
 @pytest.mark.parametrize(("opened", "needless"), [(1.0, 0), (0.01, 1)])
 def test_gauntlet_sees_a_mouth_that_goes_back_without_need(walled_model, monkeypatch, opened, needless):
-    for limit in ("ENOUGH", "TOLERATED"):  # so that it always goes back
+    for limit in ("SHALLOW", "TOLERATED"):  # so that it always goes back
         monkeypatch.setattr(f"risorius.effects.contact.{limit}", -2.0)
     judge = Judge(Bench(walled_model))
     judge.take(Ask({"jaw_open": opened}))

@@ -101,7 +101,7 @@ class Contact:
         following it leaves anything too deep, only what is proven is followed.
         """
         move_jaw(coordinates, self.tables.transforms, self._turn, self._origin)
-        depth = self._look.find(vertices)
+        depth = self._look.find(vertices, folds is not UNFOLDED)
         if depth < SHALLOW and folds is UNFOLDED:
             return depth
         self._before[:] = vertices
@@ -139,7 +139,7 @@ class Contact:
         for share in SHARES:
             vertices[:] = self._before
             way = self.retreat.go(share, self._targets, self._before, vertices)
-            depth = self._sweep_found(vertices, folds, self._look.find(vertices))
+            depth = self._sweep_found(vertices, folds, self._look.find(vertices, folds is not UNFOLDED))
             if depth < least:
                 least, self.gave_way = depth, way
                 self._best[:] = vertices

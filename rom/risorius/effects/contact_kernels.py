@@ -40,7 +40,7 @@ DEEPEST = 4e-3  # metres; what is farther behind a lip is not in it
 FARTHEST = 8e-3  # metres: no more is moved in a frame, whatever is wanted
 APART = 1.0  # metres: a gap where there is nothing to touch
 CLEAR = 1e-3  # metres
-CLOSE = 1e-3  # metres from the other lip, where triangles around the nearest vertex are looked at, too
+CLOSE = 1e-3  # metres from the other lip, within which all triangles around the nearest vertex are looked at
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 
 
@@ -146,7 +146,8 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
     The nearest point is found downhill from the triangle `at` (l,), across the edges that it lies on; `at` becomes its
     triangle. There is nothing to touch at the border, far away, and behind what is behind at rest, too: there is
-    tissue in between.
+    tissue in between. What is behind the other lip there is unsure (l,): another point may get into it without
+    crossing it.
     """
     for e in range(count):
         number = which[e]
@@ -279,8 +280,11 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
 
 
 @_compiled
-def find(x, teeth, lips, of_blocks, patches, groups, around, state):  # type: ignore[no-untyped-def]
-    """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet."""
+def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # type: ignore[no-untyped-def]
+    """Look at all that may touch, of vertices x (n, 3) that nothing has moved yet.
+
+    close: metres from the other lip within which triangles around the nearest vertex are looked at, whatever leads to.
+    """
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
     points, _onset, _away, _grid, _starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
     onsets, places, cells = of_blocks
@@ -294,9 +298,9 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, state):  # type: ig
     at[:] = facing
     _place(x, around[2], around[5])
     beyond_planes(x, vertices, groups, gaps_lips)
-    _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), state)
+    _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), close, state)
     count = beyond_leaders(x, vertices, order, starts, gaps_lips, state[11], which_lips)
-    _look(x, teeth, lips, around, count, state)
+    _look(x, teeth, lips, around, count, close, state)
 
 
 @_compiled
@@ -310,7 +314,7 @@ def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
         which_lips[number] = number
     _place(x, around[2], around[5])
     _approach(x, teeth, lips, len(which), 0, state)
-    _look(x, teeth, lips, around, len(which_lips), state)
+    _look(x, teeth, lips, around, len(which_lips), CLOSE, state)
 
 
 @_compiled
@@ -323,18 +327,20 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
         origin, gaps, ways,
     )  # fmt: skip
-    gaps_to_lips(x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips, unsure)
+    gaps_to_lips(
+        x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips, unsure
+    )  # fmt: skip
 
 
 @_compiled
-def _look(x, teeth, lips, around, count, state):  # type: ignore[no-untyped-def]
+def _look(x, teeth, lips, around, count, close, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some points of the lips, to what is nearest wherever the way downhill ends.
 
     Their numbers are overwritten.
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
     _approach(x, teeth, lips, 0, count, state)
-    nearer = _search(x, lips[0], lips[3], around, which_lips, count, at, gaps_lips)
+    nearer = _search(x, lips[0], lips[3], around, which_lips, count, close, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
@@ -348,10 +354,11 @@ def _place(x, members, places):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _search(x, vertices, triangles, around, which, count, at, gaps):  # type: ignore[no-untyped-def]
+def _search(x, vertices, triangles, around, which, count, close, at, gaps):  # type: ignore[no-untyped-def]
     """Set `at` (l,) to a triangle at the nearest vertex around a point where that is nearer than the gap (l,) found.
 
-    Of `count` of the points, `which` by number, keeps those for which it is; returns how many.
+    Of `count` of the points, `which` by number, keeps those for which it is; returns how many. Where the gap is at most
+    `close`, triangles around the nearest vertex are compared even if one of them was found.
     """
     near_starts, near, members, fan_starts, fans, places = around
     xs, ys, zs = places[0], places[1], places[2]
@@ -380,7 +387,7 @@ def _search(x, vertices, triangles, around, which, count, at, gaps):  # type: ig
                 if u * u + v * v + w * w <= least:
                     nearest = members[m]
                     break
-        elif gaps[number] > CLOSE:
+        elif gaps[number] > close:
             continue
         if nearest < 0:
             continue

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import adopt, deepest, find, find_gaps, smallest, sweep
+from risorius.effects.contact_kernels import CLOSE, adopt, deepest, find, find_gaps, smallest, sweep
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lip_proof import LipProof
@@ -59,15 +59,16 @@ class ContactLook:
         self._proof = LipProof(tables, side_of, retreat)
         self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)
 
-    def find(self, vertices: npt.NDArray[np.float32]) -> float:
+    def find(self, vertices: npt.NDArray[np.float32], folded: bool) -> float:
         """Look at vertices (n, 3) that nothing has moved yet; return metres that any point is in anything at the most.
 
-        Negative where none is, as in all that follows.
+        Negative where none is, as in all that follows. It takes longer where tissue may be folded.
         """
         self._proof.forget()
         find(
-            vertices, self._teeth, self._lips, self._blocks, self._patches, self._groups, self._around, self._state
-        )
+            vertices, self._teeth, self._lips, self._blocks, self._patches, self._groups, self._around,
+            CLOSE if folded else 0.0, self._state,
+        )  # fmt: skip
         return float(deepest(self._state[3], self._state[5]))
 
     def places_deeper_than(self, depth: float) -> FloatArray:

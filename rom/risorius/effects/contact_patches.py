@@ -58,7 +58,7 @@ def leaders_of_others(order, starts, gaps, which):  # type: ignore[no-untyped-de
 def beyond_leaders(x, points, order, starts, gaps, unsure, which):  # type: ignore[no-untyped-def]
     """Set gaps (k,) that are not known to be more than 0 to what those of leaders leave; write numbers of the others.
 
-    Returns how many may touch.
+    Leaders that are unsure (k,) leave nothing. Returns how many may touch.
     """
     found = 0
     for patch in range(len(starts) - 1):
