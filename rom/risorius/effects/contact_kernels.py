@@ -287,10 +287,11 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     """
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
     points, _onset, _away, _grid, _starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
-    onsets, places, cells = of_blocks
+    onsets, turned, places, cells = of_blocks
     moved[:] = 0.0
     beyond_blocks(
-        x, points, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, places, cells, gaps
+        x, points, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, places, cells,
+        gaps,
     )  # fmt: skip
     _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
     vertices, facing = lips[0], lips[1]
