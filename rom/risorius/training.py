@@ -15,6 +15,7 @@ from risorius.carried_basis import CarriedBasis
 from risorius.effects import EFFECTS
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
+from risorius.evaluators.network import NetworkMap
 from risorius.evaluators.network_fit import fit_network
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.guard.watch import Watch, random_states
@@ -45,18 +46,22 @@ class ModalData:
     reflection: Reflection | None
 
 
-def reduce_snapshots(snapshots: SnapshotSet, rank: int) -> ReducedModel:
+def reduce_snapshots(snapshots: SnapshotSet, rank: int, coarse: ReducedModel | None = None) -> ReducedModel:
     """Reduced model with at most `rank` POD modes, besides the exact lift fields of the poses.
 
-    Raises InputError when the snapshots lack what training needs.
+    coarse: of a coarser mesh of the same face, trained from more snapshots, whose network this one's begins from.
+    Raises InputError when the snapshots lack what training needs, or the coarse model is of another face.
     """
     begin = time.process_time()
-    model = train(snapshots, project(snapshots, rank))
+    model = train(snapshots, project(snapshots, rank), coarse)
+    if coarse is not None:
+        model = replace(model, provenance={**model.provenance, "coarse": _told(coarse)})
     return replace(model, provenance={**model.provenance, "training_cpu_seconds": time.process_time() - begin})
 
 
-def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
+def train(snapshots: SnapshotSet, modal: ModalData, coarse: ReducedModel | None = None) -> ReducedModel:
     """Reduced model of projected snapshots; raises InputError when they lack what training needs."""
+    known = None if coarse is None else _network_of(coarse, snapshots)
     singles = snapshots.single_actions()
     used = ~snapshots.held_out
     actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
@@ -72,7 +77,9 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
     )
     rational = RationalMap.fit(observations)
     usual = np.flatnonzero(np.isin(np.array(snapshots.kinds)[used], USUAL))
-    learned = rational if modal.derivatives is None else fit_network(observations).completed(observations.only(usual))
+    learned: RationalMap | NetworkMap = rational
+    if modal.derivatives is not None:
+        learned = fit_network(observations, known).completed(observations.only(usual))
     evaluators: dict[str, Evaluator] = {
         Superposition.name: Superposition(actions),
         PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
@@ -102,6 +109,26 @@ def train(snapshots: SnapshotSet, modal: ModalData) -> ReducedModel:
         effects={name: found for name, kind in EFFECTS.items() if (found := kind.train(snapshots, fields))},
     )
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
+
+
+def _network_of(coarse: ReducedModel, snapshots: SnapshotSet) -> NetworkMap:
+    """The network of a model of the same face; raises InputError where there is none, or the face is another one."""
+    network = coarse.evaluators.get(NetworkMap.name)
+    if not isinstance(network, NetworkMap):
+        raise InputError(f"coarse: model '{coarse.name}' has no network; train it from snapshots with derivatives")
+    if snapshots.derivatives is None:
+        raise InputError("snapshots: have no derivatives, without which nothing can be learned from a coarse model")
+    ours, theirs = snapshots.inputs.parameters, coarse.inputs.parameters
+    if ours != theirs:
+        raise InputError(
+            f"coarse: model '{coarse.name}' has other muscles or poses, or in another order "
+            f"({', '.join(sorted(set(ours) ^ set(theirs))) or 'the same names'}); give one of the same face"
+        )
+    return network
+
+
+def _told(coarse: ReducedModel) -> str:
+    return f"{coarse.name}, {coarse.provenance.get('snapshots', '?')} snapshots"
 
 
 def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatArray) -> SampledBody:

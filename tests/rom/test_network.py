@@ -22,7 +22,7 @@ from tests.rom.test_rational_map import (
 from risorius.errors import InputError
 from risorius.evaluators import RationalMap, Setting, network
 from risorius.evaluators.network_fit import fit_network
-from risorius.evaluators.network_gradient import DERIVATIVE_WEIGHT, NetworkGradient, views
+from risorius.evaluators.network_gradient import DECAY, DERIVATIVE_WEIGHT, NetworkGradient, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
 from risorius.part import Part
 
@@ -66,6 +66,41 @@ def test_gradient_of_the_fit_is_that_of_its_loss():
             for step in (np.float32(3e-4), np.float32(-3e-4))
         )
         assert np.vdot(gradient, direction) == pytest.approx((plus - minus) / 6e-4, rel=5e-3), name
+
+
+def test_coefficients_from_normal_equations_have_least_loss():
+    problem, rng = NetworkGradient(observed(symmetric, 12), REFLECTION), np.random.default_rng(0)
+    shapes = problem.shapes
+    size = sum(math.prod(shape) for shape in shapes.values())
+    weights, slopes = (
+        views(0.3 * rng.normal(size=size).astype(np.float32), shapes),
+        views(np.empty(size, np.float32), shapes),
+    )
+    weights["competition"][:] = rng.uniform(0, 1, (COUNT, COUNT))
+    batch = problem.draw(rng)
+    problem.at(weights, *batch, slopes)
+    before = {name: np.abs(slopes[name]).max() for name in ("even", "odd")}
+    for name, (matrix, right) in problem.normal_equations(weights, *batch).items():
+        weights[name][:] = np.linalg.solve(matrix + DECAY * np.eye(len(matrix)), right)
+    problem.at(weights, *batch, slopes)
+    for name, slope in before.items():
+        assert np.abs(slopes[name]).max() < 1e-3 * slope
+
+
+def finer(p):
+    """The answer of another mesh: stiffer, less so where it moves far."""
+    return symmetric(0.9 * p) + 0.1 * symmetric(p) * np.abs(symmetric(p))
+
+
+def test_what_a_coarser_mesh_has_taught_stands_for_snapshots_that_are_not_there():
+    few = observed(finer, 12, reflection=REFLECTION)
+    coarse = fit_network(observed(symmetric, 200, reflection=REFLECTION))
+    assert worst_error(fit_network(few, coarse), finer) < 0.5 * worst_error(fit_network(few), finer)
+
+
+def test_a_face_with_a_mirror_image_teaches_none_without(learned):
+    with pytest.raises(InputError, match="one face is its own mirror image and the other is not"):
+        fit_network(observed(symmetric, 12), learned)
 
 
 def by_definition(member, parameters):

@@ -1,6 +1,7 @@
 """Training on a made-up face whose answer is known: two overlapping muscles that interact, and a jaw."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -160,6 +161,26 @@ def test_missing_single_action_is_named():
               ("parameters", "displacements", "held_out", "smallest_jacobians")}  # fmt: skip
     with pytest.raises(InputError, match="zygomaticus_major_R alone at weight 1 is missing"):
         reduce_snapshots(SnapshotSet(**{**vars(snapshots), **arrays}), rank=5)
+
+
+def test_a_model_of_a_coarser_mesh_is_begun_from_and_named(trained):
+    snapshots, _, coarse = trained
+    model = reduce_snapshots(snapshots, rank=10, coarse=coarse)
+    assert model.provenance["coarse"] == f"{coarse.name}, {coarse.provenance['snapshots']} snapshots"
+    assert not np.array_equal(
+        model.evaluators["network"].members[0].first, coarse.evaluators["network"].members[0].first
+    )
+    assert overall(model, "network").p95 < 0.1 * overall(model, "superposition").p95
+
+
+def test_a_coarse_model_of_another_face_is_refused(trained):
+    snapshots, _, coarse = trained
+    other = replace(coarse, inputs=replace(coarse.inputs, muscles=("zygomaticus_major_L", "frontalis_L")))
+    with pytest.raises(InputError, match=r"other muscles or poses.*\(frontalis_L, zygomaticus_major_R\)"):
+        reduce_snapshots(snapshots, rank=10, coarse=other)
+    without = {name: one for name, one in coarse.evaluators.items() if name != "network"}
+    with pytest.raises(InputError, match="has no network; train it from snapshots with derivatives"):
+        reduce_snapshots(snapshots, rank=10, coarse=replace(coarse, evaluators=without))
 
 
 def in_blocks(data, size=7):

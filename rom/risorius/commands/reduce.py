@@ -17,12 +17,17 @@ def reduce(
     snapshots: Annotated[Path, typer.Argument(help="Snapshot file.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Model file to write.")] = Path("model.h5"),
     rank: Annotated[int, typer.Option(min=1, help="Largest number of POD modes.")] = DEFAULT_RANK,
+    coarse: Annotated[
+        Path | None,
+        typer.Option(help="Model of a coarser mesh of the same face, from more snapshots, to begin from."),
+    ] = None,
 ) -> None:
     """Train a reduced model from snapshots."""
+    from risorius.model import load
     from risorius.snapshot_file import SnapshotSet
     from risorius.training import reduce_snapshots
 
-    model = reduce_snapshots(SnapshotSet.load(snapshots), rank)
+    model = reduce_snapshots(SnapshotSet.load(snapshots), rank, None if coarse is None else load(coarse))
     model.save(output)
     typer.echo(describe(model, output))
 

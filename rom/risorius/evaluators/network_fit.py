@@ -2,6 +2,10 @@
 
 Each step looks at a few snapshots (`network_gradient`). Weights of the competition are trained with the others. Members
 know nothing of each other, and are trained side by side.
+
+What muscles do together is much the same on a coarser mesh of a face, whose snapshots are cheap. So a network may begin
+from one of such a mesh: its layers are taken over, coefficients of the modes found by ridge regression on what these
+layers make of the snapshots, and all weights then trained for a while, in small steps.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from risorius.errors import InputError
 from risorius.evaluators.competition import AdmissibleWeights, fit_competition
 from risorius.evaluators.network import Member, NetworkMap
-from risorius.evaluators.network_gradient import Arrays, NetworkGradient, views
+from risorius.evaluators.network_gradient import DECAY, SIDES, Arrays, NetworkGradient, views
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 
@@ -25,22 +29,32 @@ STEPS_EACH, MOST_STEPS = 16, 14_000  # steps for each snapshot
 STEPS_OF_FEW, ENOUGH_OF_FEW = 2 * STEPS_EACH, 4_000  # where snapshots are few, twice as many up to so many
 RATE, LAST_RATE = 4e-3, 1e-6  # of Adam; it falls along a cosine
 MOMENTS = (0.9, 0.99)
+STEPS_AFTER, RATE_AFTER = 4, 1e-3  # of one that begins from another
+BATCHES = 80  # that coefficients are found from
 FIRST_THRESHOLDS, FIRST_COEFFICIENTS = 0.05, 0.01
 
 
-def fit_network(observations: Observations) -> NetworkMap:
-    """Train a committee on snapshots with derivatives; raises InputError where they have none."""
+def fit_network(observations: Observations, coarse: NetworkMap | None = None) -> NetworkMap:
+    """Train a committee on snapshots with derivatives, from the start or from the layers of a coarser mesh's.
+
+    Raises InputError where snapshots have no derivatives, or `coarse` is of another kind of face.
+    """
     if observations.derivatives is None:
         raise InputError("snapshots: have no derivatives, which a network is trained with; solve them with derivatives")
     count = observations.parameters.shape[1]
     reflection = observations.reflection or Reflection(
         np.arange(count), np.ones(count), np.ones(observations.coordinates.shape[1])
     )
+    if coarse is not None and not np.array_equal(coarse.reflection.partner, reflection.partner):
+        raise InputError("coarse: one face is its own mirror image and the other is not; give meshes of the same face")
     problems = [NetworkGradient(observations, reflection) for _ in range(MEMBERS)]  # each has room of its own
-    competition = fit_competition(observations)
     # Products are small: threads of one that wait for each other take four times the CPU time.
     with threadpool_limits(1), ThreadPoolExecutor(MEMBERS) as pool:
-        members = tuple(pool.map(_trained, problems, repeat(competition), range(MEMBERS)))
+        if coarse is None:
+            competition = fit_competition(observations)
+            members = tuple(pool.map(_trained, problems, repeat(competition), range(MEMBERS)))
+        else:
+            members = tuple(pool.map(_continued, problems, coarse.members, range(MEMBERS)))
     return NetworkMap(members, reflection, np.arange(count))
 
 
@@ -51,16 +65,28 @@ def _steps(snapshots: int) -> int:
 
 
 def _trained(problem: NetworkGradient, competition: FloatArray, seed: int) -> Member:
-    rng, observations, shapes = np.random.default_rng(seed), problem.observations, problem.shapes
+    rng = np.random.default_rng(seed)
+    start = _first(problem.observations, competition, problem.shapes, rng)
+    return _descended(problem, start, RATE, _steps(len(problem.observations.parameters)), rng)
+
+
+def _continued(problem: NetworkGradient, member: Member, seed: int) -> Member:
+    rng = np.random.default_rng(seed)
+    steps = min(STEPS_AFTER * len(problem.observations.parameters), MOST_STEPS)
+    return _descended(problem, _taken_over(problem, member, rng), RATE_AFTER, steps, rng)
+
+
+def _descended(problem: NetworkGradient, start: Arrays, rate: float, steps: int, rng: np.random.Generator) -> Member:
+    """Weights after so many steps, the first of which are of length `rate`."""
+    observations, shapes = problem.observations, problem.shapes
     admissible = AdmissibleWeights.of(observations)
-    theta = np.concatenate([one.ravel() for one in _first(observations, competition, shapes, rng).values()])
+    theta = np.concatenate([one.ravel() for one in start.values()])
     mean, square, gradient = np.zeros_like(theta), np.zeros_like(theta), np.empty_like(theta)
-    steps = _steps(len(observations.parameters))
     now, slopes = views(theta, shapes), views(gradient, shapes)
     for step in range(1, steps + 1):
         problem.at(now, *problem.draw(rng), slopes)
-        rate = LAST_RATE + 0.5 * RATE * (1.0 + np.cos(np.pi * step / steps))
-        _adam(gradient, rate, step, mean, square, theta)
+        length = LAST_RATE + 0.5 * rate * (1.0 + np.cos(np.pi * step / steps))
+        _adam(gradient, length, step, mean, square, theta)
         doubled = observations.symmetrised(now["competition"].astype(np.float64))
         now["competition"][:] = admissible.nearest(doubled)
     competition = now.pop("competition").astype(np.float64)
@@ -99,3 +125,18 @@ def _first(
         if name not in start:
             start[name] = spread[name.split("_")[-1]] * rng.normal(size=shape)
     return {name: start[name].astype(np.float32) for name in shapes}
+
+
+def _taken_over(problem: NetworkGradient, member: Member, rng: np.random.Generator) -> Arrays:
+    """Layers of a member, and the coefficients that suit these snapshots best."""
+    start = {name: np.zeros(shape, np.float32) for name, shape in problem.shapes.items()}
+    for name in start.keys() - SIDES.keys():
+        start[name][:] = getattr(member, name)
+    sums = {name: (np.zeros((len(start[name]),) * 2), np.zeros(start[name].shape)) for name in SIDES}
+    for _ in range(BATCHES):
+        for name, batch in problem.normal_equations(start, *problem.draw(rng)).items():
+            for total, part in zip(sums[name], batch, strict=True):
+                total += part / BATCHES
+    for name, (square, product) in sums.items():
+        start[name][:] = np.linalg.solve(square + DECAY * np.eye(len(square)), product)
+    return start

@@ -27,6 +27,8 @@ BATCH, DIRECTIONS = 64, 6
 DERIVATIVE_WEIGHT = 0.1
 DECAY = 1e-4  # penalty on the squares of all weights but thresholds and competition
 
+SIDES = {"even": np.add, "odd": np.subtract}  # how features of both sides drive modes
+
 Arrays = dict[str, Single]
 
 
@@ -84,6 +86,39 @@ class NetworkGradient:
             loss += DECAY * float(np.vdot(weights[name], weights[name]))
         return loss
 
+    def normal_equations(
+        self, weights: Arrays, rows: npt.NDArray[np.int64], directions: Single
+    ) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Matrix (f, f) and right side (f, m) of the coefficients even, odd with which a batch has least loss."""
+        entry = _Entry.of(self.observations.parameters[rows], directions, weights["competition"], self.reflection)
+        self._forward(entry, weights)
+        targets, roots = self._targets(rows, directions), np.sqrt(self._shares(rows, directions))
+        found = {}
+        for name, combine in SIDES.items():
+            features = _flat(roots * combine(*np.moveaxis(self._room.features, 1, 0))).astype(np.float64)
+            wanted = _flat(roots * targets[..., self._of(name)])
+            found[name] = features.T @ features, features.T @ wanted
+        return found
+
+    def _of(self, name: str) -> npt.NDArray[np.bool_]:
+        """Modes (r,) whose coefficients are even or odd."""
+        return (self.reflection.parity > 0.0) == (name == "even")
+
+    def _targets(self, rows: npt.NDArray[np.int64], directions: Single) -> Single:
+        """Values and derivatives (1 + d, s, r) of snapshots."""
+        targets, derivatives = self._room.targets, np.asarray(self.observations.derivatives)
+        targets[0] = self.observations.coordinates[rows]
+        for place, row in enumerate(rows):
+            targets[1:, place] = directions @ derivatives[row]
+        return targets
+
+    @staticmethod
+    def _shares(rows: npt.NDArray[np.int64], directions: Single) -> Single:
+        """Shares (1 + d, 1, 1) of their squared errors in the loss."""
+        shares = np.full((1 + len(directions), 1, 1), 1.0 / len(rows), np.float32)
+        shares[1:] *= DERIVATIVE_WEIGHT**2 / len(directions)
+        return shares
+
     def _forward(self, entry: _Entry, weights: Arrays) -> None:
         """Fill in the features: b, h, k."""
         room, second = self._room, weights["second"]
@@ -100,19 +135,12 @@ class NetworkGradient:
 
     def _miss(self, weights: Arrays, rows: npt.NDArray[np.int64], directions: Single, out: Arrays) -> float:
         """Write gradients by features and coefficients; return the loss without penalties."""
-        room, derivatives = self._room, np.asarray(self.observations.derivatives)
-        targets = room.targets
-        targets[0] = self.observations.coordinates[rows]
-        for place, row in enumerate(rows):
-            targets[1:, place] = directions @ derivatives[row]
-        shares = np.full((len(targets), 1, 1), 1.0 / len(rows), np.float32)
-        shares[1:] *= DERIVATIVE_WEIGHT**2 / len(directions)
+        room, targets, shares = self._room, self._targets(rows, directions), self._shares(rows, directions)
         loss, (ours, others) = 0.0, (room.features[:, side] for side in range(2))
-        for name, combine in (("even", np.add), ("odd", np.subtract)):
-            chosen = (self.reflection.parity > 0.0) == (name == "even")
+        for name, combine in SIDES.items():
             combine(ours, others, out=room.combined)
             missed = room.combined @ weights[name]
-            missed -= targets[..., chosen]
+            missed -= targets[..., self._of(name)]
             loss += float(np.vdot(missed, shares * missed))
             missed *= 2.0 * shares
             np.matmul(_flat(room.combined).T, _flat(missed), out=out[name])
