@@ -48,13 +48,12 @@ def fit_network(observations: Observations, coarse: NetworkMap | None = None) ->
     if coarse is not None and not np.array_equal(coarse.reflection.partner, reflection.partner):
         raise InputError("coarse: one face is its own mirror image and the other is not; give meshes of the same face")
     problems = [NetworkGradient(observations, reflection) for _ in range(MEMBERS)]  # each has room of its own
+    train, starts = (
+        (_trained, repeat(fit_competition(observations))) if coarse is None else (_continued, coarse.members)
+    )
     # Products are small: threads of one that wait for each other take four times the CPU time.
     with threadpool_limits(1), ThreadPoolExecutor(MEMBERS) as pool:
-        if coarse is None:
-            competition = fit_competition(observations)
-            members = tuple(pool.map(_trained, problems, repeat(competition), range(MEMBERS)))
-        else:
-            members = tuple(pool.map(_continued, problems, coarse.members, range(MEMBERS)))
+        members = tuple(pool.map(train, problems, starts, range(MEMBERS)))
     return NetworkMap(members, reflection, np.arange(count))
 
 
