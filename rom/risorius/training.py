@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -53,15 +54,20 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int, coarse: ReducedModel | N
     Raises InputError when the snapshots lack what training needs, or the coarse model is of another face.
     """
     begin = time.process_time()
-    model = train(snapshots, project(snapshots, rank), coarse)
+    known, told = None, dict[str, Any]()
     if coarse is not None:
-        model = replace(model, provenance={**model.provenance, "coarse": _told(coarse)})
-    return replace(model, provenance={**model.provenance, "training_cpu_seconds": time.process_time() - begin})
+        known = _network_of(coarse, snapshots)
+        told["coarse"] = f"{coarse.name}, {coarse.provenance.get('snapshots', '?')} snapshots"
+    model = train(snapshots, project(snapshots, rank), known)
+    told["training_cpu_seconds"] = time.process_time() - begin
+    return replace(model, provenance={**model.provenance, **told})
 
 
-def train(snapshots: SnapshotSet, modal: ModalData, coarse: ReducedModel | None = None) -> ReducedModel:
-    """Reduced model of projected snapshots; raises InputError when they lack what training needs."""
-    known = None if coarse is None else _network_of(coarse, snapshots)
+def train(snapshots: SnapshotSet, modal: ModalData, known: NetworkMap | None = None) -> ReducedModel:
+    """Reduced model of projected snapshots, whose network begins from one that is known of the same face.
+
+    Raises InputError when the snapshots lack what training needs.
+    """
     singles = snapshots.single_actions()
     used = ~snapshots.held_out
     actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
@@ -125,10 +131,6 @@ def _network_of(coarse: ReducedModel, snapshots: SnapshotSet) -> NetworkMap:
             f"({', '.join(sorted(set(ours) ^ set(theirs))) or 'the same names'}); give one of the same face"
         )
     return network
-
-
-def _told(coarse: ReducedModel) -> str:
-    return f"{coarse.name}, {coarse.provenance.get('snapshots', '?')} snapshots"
 
 
 def _sample(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatArray) -> SampledBody:

@@ -9,7 +9,7 @@ from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_blocks import beyond_blocks
-from risorius.effects.contact_kernels import ENOUGH, FARTHEST, SEARCHED, TOLERATED
+from risorius.effects.contact_kernels import APART, ENOUGH, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
@@ -257,9 +257,10 @@ def test_what_blocks_of_a_grid_leave_is_less_than_the_gap(depth):
     look = contact._look
     x = pressed(rest, depth)
     (ball,) = contact.geometry.obstacles.values()
-    exact, gaps = ball.distance(x)[contact.tables.points], np.empty(len(contact.tables.points))
-    onsets, *space = look._blocks
-    beyond_blocks(x, contact.tables.points, onsets, *look._teeth[5:], *space, gaps)
+    exact, gaps = ball.distance(x)[contact.tables.points], np.full(len(contact.tables.points), APART)
+    _, onsets, *space = look._blocks
+    places = np.ascontiguousarray(x[contact.tables.points].T)
+    beyond_blocks(places, onsets, *look._teeth[5:], *space, gaps)
     clear = gaps > 0.0
     assert (gaps[clear] <= exact[clear] + 1e-7).all()
     assert clear.mean() > (0.5 if depth < 0.0 else 0.2)

@@ -21,19 +21,15 @@ def blocks(size):  # type: ignore[no-untyped-def]
 
 @_compiled
 def beyond_blocks(  # type: ignore[no-untyped-def]
-    x, points, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, places, cells, gaps
+    places, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, cells, gaps
 ):
-    """Set gaps (k,) of points, numbers of vertices x (n, 3), to the least that any obstacle leaves them in their block.
+    """Lower gaps (k,) of points at places (3, k) to the least that any obstacle leaves them in their block.
 
     onsets (o, k): gaps at which contact with obstacles begins, less than -1 where there is none. least: distances of
     the blocks of all grids, which start at least_starts (o,), then one beyond each grid. Obstacles that move are at
-    turn (3, 3) @ place + origin (3,). turned (3, 4), places (3, k), cells (k,): working space.
+    turn (3, 3) @ place + origin (3,). turned (3, 4), cells (k,): working space.
     """
     px, py, pz = places[0], places[1], places[2]
-    for k in range(len(points)):
-        p = points[k]
-        px[k], py[k], pz[k] = x[p, 0], x[p, 1], x[p, 2]
-        gaps[k] = np.float32(1.0)
     for o in range(len(onsets)):
         per_metre = 1.0 / (BLOCK * spacings[o])
         for i in range(3):

@@ -287,12 +287,10 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     """
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
     points, _onset, _away, _grid, _starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
-    onsets, turned, places, cells = of_blocks
-    moved[:] = 0.0
-    beyond_blocks(
-        x, points, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, places, cells,
-        gaps,
-    )  # fmt: skip
+    places, onsets, turned, cells = of_blocks
+    moved[:], gaps[:] = 0.0, APART
+    _place(x, points, places)
+    beyond_blocks(places, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, cells, gaps)
     _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
     vertices, facing = lips[0], lips[1]
     order, starts = patches

@@ -49,7 +49,7 @@ class ContactLook:
         self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._blocks = (
-            np.ascontiguousarray(t.onset.T), np.zeros((3, 4), np.float32), np.zeros((3, points), np.float32),
+            np.zeros((3, points), np.float32), np.ascontiguousarray(t.onset.T), np.zeros((3, 4), np.float32),
             np.zeros(points, np.int32),
         )  # fmt: skip
         self._state: tuple[npt.NDArray[Any], ...] = (
