@@ -29,12 +29,11 @@ Vertices = npt.NDArray[np.float32]
 Frames = Iterable[tuple[FloatArray, Vertices]]
 """Lift coordinates of the poses, and vertices (n, 3), of each."""
 
-MOST_REACHED = 760  # points that are kept first, for teeth and for lips: where frames come nearest
+MOST_REACHED = 760  # points that are kept first, for teeth: where frames come nearest
 MOST_POINTS = 2400  # others
 MOST_FRAMES = 150  # of training, at which it is seen what may touch
 REACHED = 2.5e-3  # metres: a vertex that comes as near as that to a tooth is one of the first
 NEAR = 5.9e-3  # metres: a vertex that never comes as near as that to a tooth does not touch it in a reduced model
-BESIDE = 8e-3  # metres: so is what is as near as that to where lips meet
 FINEST = 0.3e-3  # metres between points
 TURNED = (
     2e-3  # metres that two points at one place, with normals a right angle apart, count as being apart, over root 2
@@ -166,24 +165,24 @@ class ContactTables:
 def contact_tables(
     geometry: ContactGeometry, poses: Poses, rest: Vertices, triangles: npt.NDArray[np.int32], frames: Frames
 ) -> ContactTables:
-    """Tables for a surface at rest (n, 3), triangles (m, 3); what comes near nothing in any frame is left out."""
+    """Tables for a surface at rest (n, 3), triangles (m, 3); what comes near nothing in any frame is left out.
+
+    Of the lips all vertices are kept: what touches between points that are looked at is seen by none of them.
+    """
     sheets = LipSheets.of(geometry.seam, rest, triangles)
-    reached, near, met = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
+    reached, near, meet = _reached(PenetrationMeasure(geometry, poses, rest, triangles), frames)
     near[:, sheets.vertices] = True
     normals = vertex_normals(rest, triangles).astype(np.float64)
     first = _thinned(rest, normals, np.flatnonzero(reached.any(axis=0)), MOST_REACHED)
     points = np.union1d(first, _thinned(rest, normals, np.flatnonzero(near.any(axis=0)), MOST_POINTS))
-    meeting = sheets.vertices[_widened(rest[sheets.vertices], met)]
-    first = _thinned(rest, normals, meeting, MOST_REACHED)
-    among = sheets.vertices if len(meeting) else meeting
-    vertices = np.union1d(first, _thinned(rest, normals, among, MOST_POINTS))
-    chosen = np.searchsorted(sheets.vertices, vertices)
+    lips = slice(None) if meet else slice(0)
+    vertices = sheets.vertices[lips]
     return ContactTables(
         points=points.astype(np.int32),
         **_of_obstacles(geometry, poses, rest[points], near[:, points]),
-        vertices=sheets.vertices[chosen],
-        facing=sheets.facing[chosen],
-        places=rest[sheets.vertices[chosen]],
+        vertices=vertices,
+        facing=sheets.facing[lips],
+        places=rest[vertices],
         triangles=sheets.triangles,
         across=sheets.across,
         planes=_planes(rest, sheets.triangles),
@@ -201,20 +200,16 @@ def frames_of(snapshots: SnapshotSet) -> Frames:
         yield lifts, (snapshots.surface.points + displacement).astype(np.float32)
 
 
-def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], ...]:
-    """Vertices (o, n) that come within REACHED and within NEAR of an obstacle, and (s,) of lips that meet the other."""
+def _reached(
+    measure: PenetrationMeasure, frames: Frames
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], bool]:
+    """Vertices (o, n) that come within REACHED and within NEAR of an obstacle, and whether lips meet each other."""
     seen = [
-        (measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices)) for lifts, vertices in frames
+        (measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices).max(initial=0.0))
+        for lifts, vertices in frames
     ]
     deepest, met = (np.max(depths, axis=0) for depths in zip(*seen, strict=True))
-    return deepest > -REACHED, deepest > -NEAR, met > 0.0
-
-
-def _widened(places: npt.NDArray[np.float32], chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Flags (k,) of places within BESIDE of a chosen one, too."""
-    if not chosen.any():
-        return chosen
-    return np.asarray(cKDTree(places[chosen]).query(places)[0] <= BESIDE)
+    return deepest > -REACHED, deepest > -NEAR, bool(met > 0.0)
 
 
 def _thinned(
