@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 import numba
+import numpy as np
 
 from risorius.closest_point import closest_point
 from risorius.effects.contact_blocks import BLOCK, beyond_blocks, blocks
@@ -19,8 +20,10 @@ from risorius.effects.contact_patches import (
     take_off_shifts_apart,
 )
 from risorius.effects.contact_planes import beyond_planes
+from risorius.effects.lane_blocks import ROUNDING
 from risorius.vector_lanes import LANES
-from risorius.vector_sums import least_squared
+from risorius.vector_masks import first_lane, lanes_within
+from risorius.vector_sums import least_squared, most_squared, sum_of_lanes
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
@@ -42,6 +45,7 @@ APART = 1.0  # metres: a gap where there is nothing to touch
 CLEAR = 1e-3  # metres
 CLOSE = 1e-3  # metres from the other lip, within which all triangles around the nearest vertex are looked at
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
+A_LANE = np.float32(1 / LANES)
 
 
 @_compiled
@@ -295,7 +299,7 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     vertices, facing = lips[0], lips[1]
     order, starts = patches
     at[:] = facing
-    _place(x, around[2], around[5])
+    _place_blocks(x, around[1], around[5], around[6])
     beyond_planes(x, vertices, groups, gaps_lips)
     _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), close, state)
     count = beyond_leaders(x, vertices, order, starts, gaps_lips, state[11], which_lips)
@@ -311,7 +315,7 @@ def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
         which[number] = number
     for number in range(len(which_lips)):
         which_lips[number] = number
-    _place(x, around[2], around[5])
+    _place_blocks(x, around[1], around[5], around[6])
     _approach(x, teeth, lips, len(which), 0, state)
     _look(x, teeth, lips, around, len(which_lips), CLOSE, state)
 
@@ -353,20 +357,37 @@ def _place(x, members, places):  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _place_blocks(x, members, places, spheres):  # type: ignore[no-untyped-def]
+    """Set places (3, b * LANES) of members (b, LANES), and spheres (4, b) about each block that has any."""
+    xs, ys, zs, radii = places[0], places[1], places[2], spheres[3]
+    for block in range(len(members)):
+        if members[block, 0] < 0:
+            continue
+        start = LANES * block
+        for m in range(LANES):
+            p = members[block, m]
+            xs[start + m], ys[start + m], zs[start + m] = x[p, 0], x[p, 1], x[p, 2]
+        a, b, c = (sum_of_lanes(xs, start) * A_LANE, sum_of_lanes(ys, start) * A_LANE, sum_of_lanes(zs, start) * A_LANE)
+        spheres[0, block], spheres[1, block], spheres[2, block] = a, b, c
+        radii[block] = math.sqrt(most_squared(xs, ys, zs, start, a, b, c)) + ROUNDING
+
+
+@_compiled
 def _search(x, vertices, triangles, around, which, count, close, at, gaps):  # type: ignore[no-untyped-def]
     """Set `at` (l,) to a triangle at the nearest vertex around a point where that is nearer than the gap (l,) found.
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many. Where the gap is at most
     `close`, triangles around the nearest vertex are compared even if one of them was found.
     """
-    near_starts, near, members, fan_starts, fans, places = around
+    sides, members, fan_starts, fans, split, places, spheres = around
     xs, ys, zs = places[0], places[1], places[2]
+    sx, sy, sz, radii = spheres[0], spheres[1], spheres[2], spheres[3]
     found = 0
     for e in range(count):
         number = which[e]
         if abs(gaps[number]) < TOLERATED:
             continue
-        p, first, nearest, least = vertices[number], -1, -1, SEARCHED * SEARCHED
+        p, closest, nearest, least = vertices[number], -1, -1, np.float32(SEARCHED * SEARCHED)
         px, py, pz = x[p, 0], x[p, 1], x[p, 2]
         for k in range(3):
             q = triangles[at[number], k]
@@ -374,17 +395,23 @@ def _search(x, vertices, triangles, around, which, count, close, at, gaps):  # t
             square = u * u + v * v + w * w
             if square < least:
                 least, nearest = square, q
-        least *= 1.0 - 1e-6
-        for k in range(near_starts[number], near_starts[number + 1]):
-            square = least_squared(xs, ys, zs, near[k], px, py, pz)
-            if square < least:
-                first, least = near[k], square
+        least *= np.float32(1.0 - 1e-6)
+        first, last = (split[()], len(members)) if sides[number] == 0 else (0, split[()])
+        for start in range(first, last, LANES):
+            within = lanes_within(sx, sy, sz, radii, start, px, py, pz, math.sqrt(least))
+            while within != 0:
+                block = start + first_lane(within)
+                within &= within - 1
+                square = least_squared(xs, ys, zs, LANES * block, px, py, pz)
+                if square < least:
+                    closest, least = block, square
         gaps[number] = min(gaps[number], SEARCHED)
-        if first >= 0:
-            for m in range(first, first + LANES):
-                u, v, w = px - xs[m], py - ys[m], pz - zs[m]
+        if closest >= 0:
+            for m in range(LANES):
+                k = LANES * closest + m
+                u, v, w = px - xs[k], py - ys[k], pz - zs[k]
                 if u * u + v * v + w * w <= least:
-                    nearest = members[m]
+                    nearest = members[closest, m]
                     break
         elif gaps[number] > close:
             continue

@@ -6,21 +6,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from risorius.adjacency import vertex_fans
 from risorius.effects.contact_groups import LipGroups, lip_sides
 from risorius.effects.contact_kernels import CLOSE, adopt, deepest, find, find_gaps, smallest, sweep
 from risorius.effects.contact_patches import Patches
 from risorius.effects.contact_tables import ContactTables
+from risorius.effects.lane_blocks import NOWHERE, blocks_of
 from risorius.effects.lip_proof import LipProof
 from risorius.effects.retreat import Retreat
 from risorius.jaw import FloatArray
-from risorius.reconstruction import neighbours_together
-from risorius.vector_lanes import LANES
 
-AROUND = 10e-3  # metres at rest between a vertex and those of the other lip that may be its nearest
 Numbers = npt.NDArray[np.int32]
 
 
@@ -105,30 +101,17 @@ class ContactLook:
 
 
 def _around(
-    tables: ContactTables, side_of: npt.NDArray[np.integer], lips: Numbers, rest: npt.NDArray[np.float32]
+    tables: ContactTables, side_of: Numbers, lips: Numbers, rest: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[Any], ...]:
-    """Blocks of LANES vertices of the other lip near each of the points at rest (n, 3), and triangles around each.
+    """Sides (l,) of the points at rest (n, 3), blocks (b, LANES) of vertices of the lips, and triangles around each.
 
-    Blocks start at near (k,), those of a point at near_starts (l + 1,), in members (b,) of all lips, whose places
-    (3, b) are last.
+    Of the blocks those of side 0 come first; last are where those of side 1 begin, their places (3, b * LANES), and
+    spheres (4, b) about them.
     """
-    points = tables.vertices
-    numbers, near, blocks = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
-    for side in (0, 1):
-        mine, other = np.flatnonzero(side_of[points] == side), lips[side_of[lips] == 1 - side]
-        if not len(mine) or not len(other):
-            continue
-        order = neighbours_together(rest[other])
-        order = other[np.append(order, np.full(-len(order) % LANES, order[-1]))]
-        trees = cKDTree(rest[points[mine]]), cKDTree(rest[order])
-        pairs = trees[0].sparse_distance_matrix(trees[1], AROUND, output_type="ndarray")
-        numbers.append(mine[pairs["i"]])
-        near.append((sum(map(len, blocks)) + pairs["j"]) // LANES)
-        blocks.append(order)
-    members, pairs = np.concatenate(blocks), (np.concatenate(numbers), np.concatenate(near))
-    table = sp.csr_matrix((np.ones(len(pairs[0]), bool), pairs), shape=(len(points), len(members) // LANES))
+    blocks, split = blocks_of(rest[lips], side_of[lips])
+    members = np.where(blocks < 0, -1, lips[blocks]).astype(np.int32)
     fans, fan_starts = vertex_fans(tables.triangles, len(side_of))
     return (
-        table.indptr.astype(np.int32), LANES * table.indices.astype(np.int32), members, fan_starts.astype(np.int32),
-        fans.astype(np.int32), np.zeros((3, len(members)), np.float32),
+        side_of[tables.vertices], members, fan_starts.astype(np.int32), fans.astype(np.int32), np.array(split),
+        np.zeros((3, members.size), np.float32), np.full((4, len(members)), NOWHERE, np.float32),
     )  # fmt: skip
