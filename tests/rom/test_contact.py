@@ -381,6 +381,7 @@ def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
     assert depth > TOLERATED
     for folds in (UNFOLDED, near + np.array([1.0, 0.0, 0.0]), near, None):
         look.find(rest, False)  # as if the quick look saw nothing
+        look._proof.begin(vertices)  # and nothing had moved since
         told.append(look.make_sure(vertices, folds))
     assert max(told[:2]) <= 0.0
     assert told[2:] == pytest.approx([depth, depth], abs=1e-7)
@@ -417,7 +418,7 @@ def test_no_gap_of_lips_is_larger_than_to_the_nearest_vertex_of_the_other():
     """However they are rolled; the way downhill alone ends on the wrong side of a fold."""
     contact, rest = lips()
     tables, downhill = contact.tables, lips()[0]
-    downhill._look._around[0][:] = 0
+    downhill._look._around[1][:] = -1
     x, rolled = rest[:, 0], rest.copy()
     upper = np.arange(len(rest)) >= SIDE**2
     angle = np.clip(x / 3e-3, 0.0, 0.9 * np.pi)  # the upper lip rolls up around a roll of 3 mm, the lower one does not

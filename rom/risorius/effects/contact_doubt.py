@@ -25,30 +25,19 @@ TRUSTED, AT_WORK, BESIDE = range(3)  # where a point is: far from all that, wher
 
 
 @_compiled
-def _doubt_moved(moved, points, order, starts, rows, reached, most, doubted):  # type: ignore[no-untyped-def]
-    """Doubt points that controls have moved (c, 3) by more than MOVED; rows: their shares in them.
-
-    reached: patches that each control moves, and by which share at the most. most (g,): working space.
-    """
-    row_starts, row_controls, row_shares = rows
-    control_starts, patches, shares = reached
-    most[:] = 0.0
-    for control in range(len(moved)):
-        square = moved[control, 0] ** 2 + moved[control, 1] ** 2 + moved[control, 2] ** 2
-        if square > 0.0:
-            for k in range(control_starts[control], control_starts[control + 1]):
-                most[patches[k]] += shares[k] * math.sqrt(square)
-    for patch in range(len(most)):
-        if most[patch] <= MOVED:
-            continue
+def _doubt_moved(x, before, points, order, starts, most, doubted):  # type: ignore[no-untyped-def]
+    """Doubt points that are farther than MOVED from where they were before (l, 3); most (g,): of patches, how far."""
+    for patch in range(len(starts) - 1):
+        farthest = np.float32(0.0)
         for e in range(starts[patch], starts[patch + 1]):
-            p = points[order[e]]
-            u, v, w = 0.0, 0.0, 0.0
-            for entry in range(row_starts[p], row_starts[p + 1]):
-                share, control = row_shares[entry], row_controls[entry]
-                u, v, w = u + share * moved[control, 0], v + share * moved[control, 1], w + share * moved[control, 2]
-            if u * u + v * v + w * w > MOVED * MOVED:
-                doubted[order[e]] = AT_WORK
+            number = order[e]
+            p = points[number]
+            u, v, w = x[p, 0] - before[number, 0], x[p, 1] - before[number, 1], x[p, 2] - before[number, 2]
+            square = u * u + v * v + w * w
+            farthest = max(farthest, square)
+            if square > MOVED * MOVED:
+                doubted[number] = AT_WORK
+        most[patch] = math.sqrt(farthest)
 
 
 @_compiled
@@ -124,20 +113,18 @@ def _doubt_beside(x, points, order, begin, end, places, count, close, doubted): 
 
 
 @_compiled
-def doubt(x, rest, moved, gaps, proven, folds, points, patches, controls, spheres, at_rest, work, doubted):  # type: ignore[no-untyped-def]
+def doubt(x, before, rest, gaps, proven, folds, points, patches, spheres, at_rest, work, doubted):  # type: ignore[no-untyped-def]
     """Set which of the points (l,) of the lips are doubted; return whether any is.
 
-    x, rest (n, 3): vertices, of which points are (l,). moved (c, 3): by how much controls have moved them. gaps (k,):
-    that sweeps have left; proven (l,): gaps of all points that were proven before them. folds (f, 3): places at rest
-    where tissue was folded. patches: of points, those of one lip first, how many these are, and which points the gaps
-    are of. controls: shares of points in them, and for each the patches that it moves, by which share at the most.
+    x, rest (n, 3): vertices, of which points are (l,), before (l, 3) sweeps moved them. gaps (k,): that sweeps have
+    left; proven (l,): gaps of all points that were proven before them. folds (f, 3): places at rest where tissue was
+    folded. patches: of points, those of one lip first, how many these are, and which points the gaps are of.
     spheres, at_rest (4, g + LANES): about patches.
     """
     order, starts, split, looked_at = patches
-    rows, reached = controls
     most, places = work
     doubted[:] = TRUSTED
-    _doubt_moved(moved, points, order, starts, rows, reached, most, doubted)
+    _doubt_moved(x, before, points, order, starts, most, doubted)
     for number in range(len(gaps)):
         if gaps[number] < -TOLERATED:
             doubted[looked_at[number]] = AT_WORK

@@ -42,7 +42,6 @@ class ContactLook:
         patches = Patches.of(rows[t.vertices], side_of[t.vertices])
         self._patches = patches.order, patches.starts
         self._groups = groups.kernel(t.vertices)
-        self.moved = np.zeros((controls, 3))
         points, lips = len(t.points), len(t.vertices)
         self._blocks = (
             np.zeros((3, points), np.float32), np.ascontiguousarray(t.onset.T), np.zeros((3, 4), np.float32),
@@ -51,7 +50,7 @@ class ContactLook:
         self._state: tuple[npt.NDArray[Any], ...] = (
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
-            np.zeros(controls), self.moved, np.zeros((rows.shape[0], 3)), np.zeros(lips, bool),
+            np.zeros(controls), np.zeros((controls, 3)), np.zeros((rows.shape[0], 3)), np.zeros(lips, bool),
         )  # fmt: skip
         self._proof = LipProof(tables, side_of, retreat)
         self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)
@@ -61,7 +60,7 @@ class ContactLook:
 
         Negative where none is, as in all that follows. It takes longer where tissue may be folded.
         """
-        self._proof.forget()
+        self._proof.begin(vertices)
         find(
             vertices, self._teeth, self._lips, self._blocks, self._patches, self._groups, self._around,
             CLOSE if folded else 0.0, self._state,
@@ -73,7 +72,7 @@ class ContactLook:
         return self._proof.rest[self._lips[0][self._state[5] < -depth]].astype(np.float64)
 
     def sweep(self, vertices: npt.NDArray[np.float32]) -> None:
-        """Move vertices (n, 3) out of what has been found, in place; `moved` (c, 3) is by how much the controls."""
+        """Move vertices (n, 3) out of what has been found, in place."""
         sweep(vertices, self._teeth, self._lips, self._rows, self._columns, self._state)
 
     def make_sure(self, vertices: npt.NDArray[np.float32], folds: FloatArray | None) -> float:
@@ -81,7 +80,7 @@ class ContactLook:
 
         Lips are looked at where sweeps or folds (f, 3) of tissue leave a doubt, everywhere if nobody knows these.
         """
-        depth = self._proof.depth(vertices, self.moved, self._state[5], folds)
+        depth = self._proof.depth(vertices, self._state[5], folds)
         return max(depth, -float(smallest(self._state[3])))
 
     def adopt(self) -> None:

@@ -200,9 +200,7 @@ def frames_of(snapshots: SnapshotSet) -> Frames:
         yield lifts, (snapshots.surface.points + displacement).astype(np.float32)
 
 
-def _reached(
-    measure: PenetrationMeasure, frames: Frames
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], bool]:
+def _reached(measure: PenetrationMeasure, frames: Frames) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], bool]:
     """Vertices (o, n) that come within REACHED and within NEAR of an obstacle, and whether lips meet each other."""
     seen = [
         (measure.depths_in_obstacles(vertices, lifts), measure.depths_in_lips(vertices).max(initial=0.0))

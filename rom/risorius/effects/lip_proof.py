@@ -59,7 +59,7 @@ class LipProof:
         turn_planes(corners, sign, sizes, faced)
         self._blocks = members, grouped, faced, split
         self.numbers = np.searchsorted(self.vertices, t.vertices).astype(np.int32)
-        self._doubt = LipDoubt(t, self.vertices, self.numbers, sides, patches, self.rest)
+        self._doubt = LipDoubt(self.vertices, self.numbers, sides, patches, self.rest)
         self._work = (
             self._doubt.spheres[3], np.full((4, len(members)), NOWHERE, np.float32), corners, sizes,
             turned, np.zeros(len(members), np.int32), np.zeros((4, len(members) + LANES), np.float32),
@@ -68,23 +68,22 @@ class LipProof:
         facing = _facing(centres, side_of_triangle, self.rest[self.vertices], sides)
         self.state = facing, np.zeros(count, np.int32), np.zeros(count), np.zeros((count, 3))
 
-    def forget(self) -> None:
-        """Forget what has been proven: vertices are other ones."""
+    def begin(self, vertices: npt.NDArray[np.float32]) -> None:
+        """Begin with vertices (n, 3) that no sweep has moved, and of which nothing is proven."""
         self.state[2][:] = TOLD
+        self._doubt.remember(vertices)
 
     @property
     def doubted(self) -> npt.NDArray[np.int8]:
         """(l,) more than 0 at vertices that have been looked at."""
         return self._doubt.doubted
 
-    def depth(
-        self, vertices: npt.NDArray[np.float32], moved: FloatArray, gaps: FloatArray, folds: FloatArray | None
-    ) -> float:
+    def depth(self, vertices: npt.NDArray[np.float32], gaps: FloatArray, folds: FloatArray | None) -> float:
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3).
 
         Where the quick look can be trusted they count as clear; for the rest see `LipDoubt`.
         """
-        doubted = self._doubt.look(vertices, moved, gaps, self.state[2], folds)
+        doubted = self._doubt.look(vertices, gaps, self.state[2], folds)
         trust_others(self._doubt.doubted, TOLD, self.state[2])
         if not doubted:
             return -TOLD
