@@ -250,16 +250,20 @@ def gather(vertices, gaps, ways, factor, starts, controls, shares, wanted, total
 
 
 @_compiled
-def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  # type: ignore[no-untyped-def]
+def move(x, wanted, total, moved, shifts, acting, starts, vertices, shares):  # type: ignore[no-untyped-def]
     """Move the vertices by what is wanted of the controls in the mean, up to FARTHEST in all; nothing is wanted then.
 
-    moved (c, 3): by how much the controls have moved in this frame; shifts (n, 3): the vertices now.
-    movable: numbers of those that any control moves. Returns metres that any has moved now at the most.
+    moved (c, 3): by how much the controls have moved in this frame; shifts (n, 3): the vertices now, by those that are
+    acting (c,), zero elsewhere. Returns metres that any vertex has moved now at the most.
     """
-    for vertex in movable:
-        shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2] = 0.0, 0.0, 0.0
-    for control in range(len(total)):
-        if total[control] <= 0.0:
+    for control in range(len(acting)):
+        if acting[control]:
+            for entry in range(starts[control], starts[control + 1]):
+                vertex = vertices[entry]
+                shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2] = 0.0, 0.0, 0.0
+        acting[control] = total[control] > 0.0
+    for control in range(len(acting)):
+        if not acting[control]:
             continue
         scale = GAIN / total[control]
         dx, dy, dz = wanted[control, 0] * scale, wanted[control, 1] * scale, wanted[control, 2] * scale
@@ -270,16 +274,20 @@ def move(x, wanted, total, moved, shifts, starts, vertices, shares, movable):  #
         moved[control, 0], moved[control, 1], moved[control, 2] = short * ax, short * ay, short * az
         for entry in range(starts[control], starts[control + 1]):
             vertex, share = vertices[entry], shares[entry]
-            shifts[vertex, 0] += share * dx
-            shifts[vertex, 1] += share * dy
-            shifts[vertex, 2] += share * dz
+            a, b, c = share * dx, share * dy, share * dz
+            shifts[vertex, 0] += a
+            shifts[vertex, 1] += b
+            shifts[vertex, 2] += c
+            x[vertex, 0] += a
+            x[vertex, 1] += b
+            x[vertex, 2] += c
     square = 0.0
-    for vertex in movable:
-        a, b, c = shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2]
-        x[vertex, 0] += a
-        x[vertex, 1] += b
-        x[vertex, 2] += c
-        square = max(square, a * a + b * b + c * c)
+    for control in range(len(acting)):
+        if acting[control]:
+            for entry in range(starts[control], starts[control + 1]):
+                vertex = vertices[entry]
+                a, b, c = shifts[vertex, 0], shifts[vertex, 1], shifts[vertex, 2]
+                square = max(square, a * a + b * b + c * c)
     return math.sqrt(square)
 
 
@@ -325,7 +333,7 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
     """Find the gaps of some of the points, of lips as far as the way downhill leads."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
     vertices, _facing, places, triangles, across, planes, sign = lips
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts, unsure = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts, unsure, _acting = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
         origin, gaps, ways,
@@ -441,13 +449,13 @@ def deepest(gaps, gaps_lips):  # type: ignore[no-untyped-def]
 @_compiled
 def sweep(x, teeth, lips, rows, columns, state):  # type: ignore[no-untyped-def]
     """Move vertices x (n, 3) out of what the last look has found."""
-    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts, _unsure = state
+    at, which, which_lips, gaps, ways, gaps_lips, ways_lips, wanted, total, moved, shifts, _unsure, acting = state
     for number in range(SWEEPS):
         if deepest(gaps, gaps_lips) < (ENOUGH if number < FIRST else LITTLE):
             break
         gather(teeth[0], gaps, ways, 1.0, rows[0], rows[1], rows[2], wanted, total)
         gather(lips[0], gaps_lips, ways_lips, SHARED, rows[0], rows[1], rows[2], wanted, total)
-        farthest = move(x, wanted, total, moved, shifts, columns[0], columns[1], columns[2], columns[3])
+        farthest = move(x, wanted, total, moved, shifts, acting, columns[0], columns[1], columns[2])
         take_off_shifts(teeth[0], shifts, farthest, gaps)
         take_off_shifts_apart(lips[0], lips[3], at, shifts, farthest, gaps_lips)
         count, count_lips = below(0.0, gaps, which), below(0.0, gaps_lips, which_lips)

@@ -36,7 +36,7 @@ class ContactLook:
         )  # fmt: skip
         self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, float(t.orientation[0])
         self._rows = t.row_starts, t.row_controls, t.row_shares
-        self._columns = t.column_starts, t.column_vertices, t.column_shares, np.unique(t.column_vertices)
+        self._columns = t.column_starts, t.column_vertices, t.column_shares
         rows, controls = t.shares, t.shares.shape[1]
         side_of = lip_sides(t)
         patches = Patches.of(rows[t.vertices], side_of[t.vertices])
@@ -51,6 +51,7 @@ class ContactLook:
             t.facing.copy(), np.zeros(points, np.int32), np.zeros(lips, np.int32), np.zeros(points),
             np.zeros((points, 3)), np.zeros(lips), np.zeros((lips, 3)), np.zeros((controls, 3)),
             np.zeros(controls), np.zeros((controls, 3)), np.zeros((rows.shape[0], 3)), np.zeros(lips, bool),
+            np.zeros(controls, bool),
         )  # fmt: skip
         self._proof = LipProof(tables, side_of, retreat)
         self._around = _around(t, side_of, self._proof.vertices, self._proof.rest)
