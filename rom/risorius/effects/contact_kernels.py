@@ -404,7 +404,7 @@ def _search(x, vertices, triangles, around, which, count, close, at, gaps):  # t
             if square < least:
                 least, nearest = square, q
         least *= np.float32(1.0 - 1e-6)
-        first, last = (split[()], len(members)) if sides[number] == 0 else (0, split[()])
+        first, last = (split, len(members)) if sides[number] == 0 else (0, split)
         for start in range(first, last, LANES):
             within = lanes_within(sx, sy, sz, radii, start, px, py, pz, math.sqrt(least))
             while within != 0:

@@ -102,7 +102,7 @@ class ContactLook:
 
 def _around(
     tables: ContactTables, side_of: Numbers, lips: Numbers, rest: npt.NDArray[np.float32]
-) -> tuple[npt.NDArray[Any], ...]:
+) -> tuple[Any, ...]:
     """Sides (l,) of the points at rest (n, 3), blocks (b, LANES) of vertices of the lips, and triangles around each.
 
     Of the blocks those of side 0 come first; last are where those of side 1 begin, their places (3, b * LANES), and
@@ -112,6 +112,6 @@ def _around(
     members = np.where(blocks < 0, -1, lips[blocks]).astype(np.int32)
     fans, fan_starts = vertex_fans(tables.triangles, len(side_of))
     return (
-        side_of[tables.vertices], members, fan_starts.astype(np.int32), fans.astype(np.int32), np.array(split),
+        side_of[tables.vertices], members, fan_starts.astype(np.int32), fans.astype(np.int32), split,
         np.zeros((3, members.size), np.float32), np.full((4, len(members)), NOWHERE, np.float32),
     )  # fmt: skip
