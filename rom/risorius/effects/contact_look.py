@@ -100,9 +100,7 @@ class ContactLook:
         return self._state[3].copy(), self._state[5].copy()
 
 
-def _around(
-    tables: ContactTables, side_of: Numbers, lips: Numbers, rest: npt.NDArray[np.float32]
-) -> tuple[Any, ...]:
+def _around(tables: ContactTables, side_of: Numbers, lips: Numbers, rest: npt.NDArray[np.float32]) -> tuple[Any, ...]:
     """Sides (l,) of the points at rest (n, 3), blocks (b, LANES) of vertices of the lips, and triangles around each.
 
     Of the blocks those of side 0 come first; last are where those of side 1 begin, their places (3, b * LANES), and
