@@ -11,6 +11,7 @@ from risorius.effects.contact import Contact
 from risorius.effects.contact_blocks import beyond_blocks
 from risorius.effects.contact_kernels import APART, ENOUGH, FARTHEST, SEARCHED, TOLERATED
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
+from risorius.effects.contact_proof import _beside
 from risorius.effects.correction_fields import RADIUS
 from risorius.effects.retreat import Retreat
 from risorius.engine import Engine
@@ -18,8 +19,9 @@ from risorius.errors import InputError
 from risorius.gauntlet.case import Ask, Bench
 from risorius.gauntlet.judge import Judge
 from risorius.guard import UNFOLDED
+from risorius.normals import vertex_normals
 from risorius.part import Part
-from risorius.penetration import PenetrationMeasure
+from risorius.penetration import OUT_OF_ITSELF, PenetrationMeasure
 from risorius.poses import Poses
 from risorius.scene import Scene
 
@@ -412,6 +414,22 @@ def test_proof_tells_of_lips_what_the_measure_does():
         assert max(contact._look.make_sure(vertices, None), 0.0) == pytest.approx(depth, abs=1e-6)
         deep += depth > TOLERATED
     assert deep > 20
+
+
+def test_who_is_at_the_end_of_a_lip_is_moved_out_of_all_skin_around_to_be_told_whether_it_is_in_tissue():
+    """As the measure has it; the lips' own triangles around may be turned away from the rest of the skin."""
+    contact, rest = lips()
+    proof = contact._look._proof
+    skin = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    jagged = (rest + np.random.default_rng(5).uniform(-1e-3, 1e-3, rest.shape)).astype(np.float32)
+    triangles, fan_starts, fans = proof._points[4:7]
+    ends, place = np.flatnonzero(proof._surface[4]), np.empty(3, np.float32)
+    moved = []
+    for vertex in ends:
+        _beside(jagged, vertex, fan_starts, fans, triangles, proof._surface[3], place)
+        moved.append((place - jagged[vertex]) / OUT_OF_ITSELF)
+    np.testing.assert_allclose(moved, vertex_normals(jagged, skin)[ends], atol=1e-3)
+    assert len(moved) > 50
 
 
 def test_blocks_of_the_grid_never_hide_contact():

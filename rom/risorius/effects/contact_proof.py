@@ -214,14 +214,14 @@ def _keep_around(x, vertices, sides, o, which, count, told, gaps):  # type: igno
 
 
 @_compiled
-def _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps):  # type: ignore[no-untyped-def]
+def _believe(x, rest, points, sign, skin, place, which, count, gaps):  # type: ignore[no-untyped-def]
     """Turn gaps of candidates that are deeper than TOLERATED, but around which no skin has closed, into positive ones.
 
     That is asked of the deepest, then of what is deepest of the others. What is nearer to one that is inside than that
     is to the other lip is inside, too, since no surface is in between. Outside, winding numbers are too close to WOUND
     around a rim for one to tell of others.
     """
-    vertices, sides, _order, _starts, fan_starts, fans, at_rest = points
+    vertices, sides, _order, _starts, triangles, fan_starts, fans, at_rest = points
     of_rest, corners, told, around, edges, apex = skin
     told[:count] = 0
     deepest, placed = _deepest_of(which, count, told, gaps), False
@@ -245,7 +245,7 @@ def prove(x, rest, points, surface, blocks, work, state):  # type: ignore[no-unt
     """Set gaps (l,) of the points of the lips, negative in the other lip, and ways out of it; return the smallest.
 
     Gaps that are more than 0 before are of points that are known to be clear. points: vertices (l,), their sides,
-    patches of them, triangles around each of all vertices, and winding numbers at rest, NaN where not known yet.
+    patches of them, triangles of all skin, those around each vertex, and winding numbers at rest, NaN where not known.
     surface: triangles of the lips as in `ContactTables`, flags of their borders, and of skin around: corners at rest,
     working space for these now and for what has been told, and what `place_skin` takes. blocks: numbers of triangles,
     those of side 0 first, rows of -1 up to whole LANES, the triangles, their planes at rest, and where those of side 1
@@ -285,7 +285,7 @@ def prove(x, rest, points, surface, blocks, work, state):  # type: ignore[no-unt
         )  # fmt: skip
         at[number] = at[number] if best < 0 else best
         ways[number, 0], ways[number, 1], ways[number, 2] = way[0], way[1], way[2]
-    _believe(x, rest, points, triangles, sign, skin, place, which, count, gaps)
+    _believe(x, rest, points, sign, skin, place, which, count, gaps)
     return smallest(gaps)
 
 

@@ -40,9 +40,9 @@ class LipProof:
         sides, count = side_of[self.vertices], len(self.vertices)
         patches = Patches.of(t.shares[self.vertices], sides)
         centres = self.rest[t.triangles].mean(axis=1)
-        fans, fan_starts = vertex_fans(t.triangles, len(side_of))
+        fans, fan_starts = vertex_fans(retreat.skin, len(side_of))  # lips end at their corners, skin goes on
         self._points = (
-            self.vertices, sides, patches.order, patches.starts, fan_starts.astype(np.int32),
+            self.vertices, sides, patches.order, patches.starts, retreat.skin, fan_starts.astype(np.int32),
             fans.astype(np.int32), np.full(count, np.nan),
         )  # fmt: skip
         border = on_border(t.triangles, t.across, len(side_of))
