@@ -20,7 +20,7 @@ _compiled = numba.njit(cache=True, error_model="numpy")
 
 MOVED = 0.15e-3  # metres: points that have moved by less, all of them, have come less than 0.3 mm closer
 AROUND_FOLDS = 8e-3  # metres at rest
-CLOSE = 1e-3  # metres: between a point and the corners of the triangle that it is at
+CLOSE = 1e-3  # metres: between a point and the other lip
 TRUSTED, AT_WORK, BESIDE = range(3)  # where a point is: far from all that, where it happens, close to that
 
 
@@ -113,13 +113,16 @@ def _doubt_beside(x, points, order, begin, end, places, count, close, doubted): 
 
 
 @_compiled
-def doubt(x, before, rest, gaps, proven, folds, points, patches, spheres, at_rest, work, doubted):  # type: ignore[no-untyped-def]
+def doubt(  # type: ignore[no-untyped-def]
+    x, before, rest, gaps, unsure, proven, folds, points, patches, spheres, at_rest, work, doubted
+):
     """Set which of the points (l,) of the lips are doubted; return whether any is.
 
     x, rest (n, 3): vertices, of which points are (l,), before (l, 3) sweeps moved them. gaps (k,): that sweeps have
-    left; proven (l,): gaps of all points that were proven before them. folds (f, 3): places at rest where tissue was
-    folded. patches: of points, those of one lip first, how many these are, and which points the gaps are of.
-    spheres, at_rest (4, g + LANES): about patches.
+    left, of which some are unsure (k,): what is so, and close to the other lip, may be in it. proven (l,): gaps of all
+    points that were proven before them. folds (f, 3): places at rest where tissue was folded. patches: of points, those
+    of one lip first, how many these are, and which points the gaps are of. spheres, at_rest (4, g + LANES): about
+    patches.
     """
     order, starts, split, looked_at = patches
     most, places = work
@@ -128,13 +131,15 @@ def doubt(x, before, rest, gaps, proven, folds, points, patches, spheres, at_res
     for number in range(len(gaps)):
         if gaps[number] < -TOLERATED:
             doubted[looked_at[number]] = AT_WORK
+        elif unsure[number] and gaps[number] < CLOSE and doubted[looked_at[number]] == TRUSTED:
+            doubted[looked_at[number]] = BESIDE
     for number in range(len(proven)):
         if proven[number] < -TOLERATED:
             doubted[number] = AT_WORK
     _doubt_folded(folds, rest, points, order, starts, at_rest, doubted)
     found = False
     for flag in doubted:
-        found = found or flag == AT_WORK
+        found = found or flag != TRUSTED
     if found:
         surround(x, points, order, starts, spheres)
         _doubt_close(x, points, order, starts, split, spheres, most, places, doubted)

@@ -298,9 +298,10 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     close: metres from the other lip within which triangles around the nearest vertex are looked at, whatever leads to.
     """
     at, which, which_lips, gaps, gaps_lips, moved = state[0], state[1], state[2], state[3], state[5], state[9]
+    unsure = state[11]
     points, _onset, _away, _grid, _starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
     places, onsets, turned, cells = of_blocks
-    moved[:], gaps[:] = 0.0, APART
+    moved[:], gaps[:], unsure[:] = 0.0, APART, False
     _place(x, points, places)
     beyond_blocks(places, onsets, shapes, lows, spacings, moves, least, least_starts, turn, origin, turned, cells, gaps)
     _approach(x, teeth, lips, below(0.0, gaps, which), 0, state)
@@ -310,7 +311,7 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     _place_blocks(x, around[1], around[5], around[6])
     beyond_planes(x, vertices, groups, gaps_lips)
     _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), close, state)
-    count = beyond_leaders(x, vertices, order, starts, gaps_lips, state[11], which_lips)
+    count = beyond_leaders(x, vertices, order, starts, gaps_lips, unsure, which_lips)
     _look(x, teeth, lips, around, count, close, state)
 
 

@@ -81,7 +81,7 @@ class ContactLook:
 
         Lips are looked at where sweeps or folds (f, 3) of tissue leave a doubt, everywhere if nobody knows these.
         """
-        depth = self._proof.depth(vertices, self._state[5], folds)
+        depth = self._proof.depth(vertices, self._state[5], self._state[11], folds)
         return max(depth, -float(smallest(self._state[3])))
 
     def adopt(self) -> None:

@@ -12,6 +12,7 @@ from risorius.jaw import FloatArray
 from risorius.vector_lanes import LANES
 
 Numbers = npt.NDArray[np.int32]
+Flags = npt.NDArray[np.bool_]
 
 
 class LipDoubt:
@@ -40,19 +41,21 @@ class LipDoubt:
         np.take(vertices, self._vertices, axis=0, out=self._before, mode="clip")
 
     def look(
-        self, vertices: npt.NDArray[np.float32], gaps: FloatArray, proven: FloatArray, folds: FloatArray | None
-    ) -> bool:
+        self, vertices: npt.NDArray[np.float32], gaps: FloatArray, unsure: Flags, proven: FloatArray,
+        folds: FloatArray | None,
+    ) -> bool:  # fmt: skip
         """Set `doubted`, and the spheres where any point is; return whether any is.
 
-        vertices (n, 3); gaps (k,): of the points of the tables that sweeps have left; proven (l,): gaps that were
-        proven before them; folds (f, 3): places at rest where tissue was folded, None where nobody knows.
+        vertices (n, 3); gaps (k,): of the points of the tables that sweeps have left, of which some are unsure (k,);
+        proven (l,): gaps that were proven before them; folds (f, 3): places at rest where tissue was folded, None
+        where nobody knows.
         """
         if folds is None:
             self.doubted[:] = AT_WORK
             surround(vertices, self._vertices, *self._patches[:2], self.spheres)
             return True
         found = doubt(
-            vertices, self._before, self._rest, gaps, proven, folds, self._vertices, self._patches, self.spheres,
-            self._at_rest, self._work, self.doubted,
+            vertices, self._before, self._rest, gaps, unsure, proven, folds, self._vertices, self._patches,
+            self.spheres, self._at_rest, self._work, self.doubted,
         )  # fmt: skip
         return bool(found)

@@ -78,12 +78,15 @@ class LipProof:
         """(l,) more than 0 at vertices that have been looked at."""
         return self._doubt.doubted
 
-    def depth(self, vertices: npt.NDArray[np.float32], gaps: FloatArray, folds: FloatArray | None) -> float:
+    def depth(
+        self, vertices: npt.NDArray[np.float32], gaps: FloatArray, unsure: npt.NDArray[np.bool_],
+        folds: FloatArray | None,
+    ) -> float:  # fmt: skip
         """Metres that any vertex of a lip is in the other at the most, negative where none is; vertices are (n, 3).
 
         Where the quick look can be trusted they count as clear; for the rest see `LipDoubt`.
         """
-        doubted = self._doubt.look(vertices, gaps, self.state[2], folds)
+        doubted = self._doubt.look(vertices, gaps, unsure, self.state[2], folds)
         trust_others(self._doubt.doubted, TOLD, self.state[2])
         if not doubted:
             return -TOLD
