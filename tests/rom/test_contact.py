@@ -181,13 +181,18 @@ def test_a_part_of_a_face_is_corrected_where_it_is():
     assert depths(vertices).max() < 0.15e-3
 
 
+def facing(triangles):
+    """Triangles of a sheet, then of one above it that faces it."""
+    return np.concatenate([triangles, triangles[:, ::-1] + triangles.max() + 1]).astype(np.int32)
+
+
 def lips(gap=1e-3, finer=1):
     """Two sheets, one above the other, that face each other at rest."""
     flat, triangles = sheet(0.0, finer)
     lower = flat[:, [1, 2, 0]] + [0.0, -0.5 * gap, 0.0]
     upper = flat[:, [1, 2, 0]] + [0.0, 0.5 * gap, 0.0]
     rest = np.concatenate([lower, upper]).astype(np.float32)
-    all_triangles = np.concatenate([triangles, triangles[:, ::-1] + len(flat)]).astype(np.int32)
+    all_triangles = facing(triangles)
     below, above = np.arange(len(triangles)), len(triangles) + np.arange(len(triangles))
     inner = (np.abs(rest[triangles].mean(axis=1)[:, [0, 2]]) < 5e-3).all(axis=1)
     seam = np.concatenate([np.column_stack([triangles[inner, 0], above[inner]]),
@@ -308,7 +313,7 @@ def test_skin_deeper_than_sweeps_can_mend_goes_back_as_far_as_it_has_to():
 def retreat():
     """Of sheets that elastic tissue would take half of the way with the jaw, all of which may touch."""
     geometry, rest = lips()[0].geometry, lips()[1]
-    triangles = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    triangles = facing(sheet(0.0)[1])
     half = 0.5 * JAW_MOTION.unit_motions(rest.astype(np.float64))
     return Retreat.of(geometry, Poses(JAW_MOTION), half, rest, triangles, np.arange(len(rest))), rest
 
@@ -406,7 +411,7 @@ def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
 def test_proof_tells_of_lips_what_the_measure_does():
     """By other code, of points that are all vertices of the lips."""
     contact, rest = lips()
-    triangles = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    triangles = facing(sheet(0.0)[1])
     measure, rng, deep = PenetrationMeasure(contact.geometry, Poses(), rest, triangles), np.random.default_rng(3), 0
     for _ in range(30):
         vertices = random_lips(rest, rng)
@@ -420,7 +425,7 @@ def test_who_is_at_the_end_of_a_lip_is_moved_out_of_all_skin_around_to_be_told_w
     """As the measure has it; the lips' own triangles around may be turned away from the rest of the skin."""
     contact, rest = lips()
     proof = contact._look._proof
-    skin = np.concatenate([sheet(0.0)[1], sheet(0.0)[1][:, ::-1] + SIDE**2]).astype(np.int32)
+    skin = facing(sheet(0.0)[1])
     jagged = (rest + np.random.default_rng(5).uniform(-1e-3, 1e-3, rest.shape)).astype(np.float32)
     triangles, fan_starts, fans = proof._points[4:7]
     ends, place = np.flatnonzero(proof._surface[4]), np.empty(3, np.float32)
