@@ -13,7 +13,7 @@ import numpy.typing as npt
 from risorius.accuracy import HeldOut
 from risorius.bases import pod
 from risorius.carried_basis import CarriedBasis
-from risorius.effects import EFFECTS
+from risorius.effects import EFFECTS, Effect
 from risorius.errors import InputError
 from risorius.evaluators import CorrectedMap, Evaluator, PolynomialMap, RationalMap, Superposition
 from risorius.evaluators.network import NetworkMap
@@ -26,7 +26,9 @@ from risorius.measuring import measured, settings
 from risorius.mechanics.body import Body
 from risorius.modal import directional_derivatives, modal_derivatives, symmetric_pod, visible_measure
 from risorius.model import ReducedModel
+from risorius.one_thread import one_thread
 from risorius.snapshot_file import BLOCK, SnapshotSet
+from risorius.stages import UNTOLD, Stages
 from risorius.symmetry import mirror_of
 
 ELEMENTS = 400  # of the corrected map
@@ -47,10 +49,13 @@ class ModalData:
     reflection: Reflection | None
 
 
-def reduce_snapshots(snapshots: SnapshotSet, rank: int, coarse: ReducedModel | None = None) -> ReducedModel:
+def reduce_snapshots(
+    snapshots: SnapshotSet, rank: int, coarse: ReducedModel | None = None, stages: Stages = UNTOLD
+) -> ReducedModel:
     """Reduced model with at most `rank` POD modes, besides the exact lift fields of the poses.
 
     coarse: of a coarser mesh of the same face, trained from more snapshots, whose network this one's begins from.
+    stages: are told what is at work.
     Raises InputError when the snapshots lack what training needs, or the coarse model is of another face.
     """
     begin = time.process_time()
@@ -58,47 +63,30 @@ def reduce_snapshots(snapshots: SnapshotSet, rank: int, coarse: ReducedModel | N
     if coarse is not None:
         known = _network_of(coarse, snapshots)
         told["coarse"] = f"{coarse.name}, {coarse.provenance.get('snapshots', '?')} snapshots"
-    model = train(snapshots, project(snapshots, rank), known)
+    stages.begin("modes")
+    model = train(snapshots, project(snapshots, rank), known, stages)
     told["training_cpu_seconds"] = time.process_time() - begin
     return replace(model, provenance={**model.provenance, **told})
 
 
-def train(snapshots: SnapshotSet, modal: ModalData, known: NetworkMap | None = None) -> ReducedModel:
+@one_thread()
+def train(
+    snapshots: SnapshotSet, modal: ModalData, known: NetworkMap | None = None, stages: Stages = UNTOLD
+) -> ReducedModel:
     """Reduced model of projected snapshots, whose network begins from one that is known of the same face.
 
     Raises InputError when the snapshots lack what training needs.
     """
-    singles = snapshots.single_actions()
-    used = ~snapshots.held_out
-    actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
-    observations = Observations(
-        parameters=snapshots.parameters[used],
-        coordinates=modal.coordinates[used],
-        derivatives=modal.derivatives,
-        muscles=len(snapshots.muscles),
-        lowest=snapshots.inputs.parameter_lower,
-        overlap=shared,
-        sizes=np.linalg.norm(actions, axis=1),
-        reflection=modal.reflection,
-    )
-    rational = RationalMap.fit(observations)
-    usual = np.flatnonzero(np.isin(np.array(snapshots.kinds)[used], USUAL))
-    learned: RationalMap | NetworkMap = rational
-    if modal.derivatives is not None:
-        learned = fit_network(observations, known).completed(observations.only(usual))
-    evaluators: dict[str, Evaluator] = {
-        Superposition.name: Superposition(actions),
-        PolynomialMap.name: PolynomialMap.fit(observations.parameters, observations.coordinates, shared),
-        RationalMap.name: rational,
-        learned.name: learned,
-    }
+    evaluators, learned = _maps(snapshots, modal, known, stages)
     fields = np.concatenate([snapshots.lift_fields, modal.modes])
     watch = None
     if snapshots.body is not None:
+        stages.begin("reduced physics")
         sampled = _sample(snapshots, snapshots.body, modal, fields)
         evaluators[CorrectedMap.name] = CorrectedMap(learned, sampled, snapshots.poses)
+        stages.begin("points to watch")
         watch = _watch(snapshots, snapshots.body, modal, fields, learned)
-    surface = snapshots.surface
+    used, surface = ~snapshots.held_out, snapshots.surface
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
@@ -112,9 +100,47 @@ def train(snapshots: SnapshotSet, modal: ModalData, known: NetworkMap | None = N
         colours=surface.colours,
         companions=snapshots.companions,
         watch=watch,
-        effects={name: found for name, kind in EFFECTS.items() if (found := kind.train(snapshots, fields))},
+        effects=dict(_effects(snapshots, fields, stages)),
     )
+    stages.begin("errors and times")
     return replace(model, points=measured(model, HeldOut.of(snapshots), settings(model)))
+
+
+def _maps(
+    snapshots: SnapshotSet, modal: ModalData, known: NetworkMap | None, stages: Stages
+) -> tuple[dict[str, Evaluator], RationalMap | NetworkMap]:
+    """Evaluators by name that need no physics, and the best of them."""
+    singles, used = snapshots.single_actions(), ~snapshots.held_out
+    actions, shared = modal.coordinates[singles], overlap(snapshots.displacements[singles])
+    observations = Observations(
+        parameters=snapshots.parameters[used],
+        coordinates=modal.coordinates[used],
+        derivatives=modal.derivatives,
+        muscles=len(snapshots.muscles),
+        lowest=snapshots.inputs.parameter_lower,
+        overlap=shared,
+        sizes=np.linalg.norm(actions, axis=1),
+        reflection=modal.reflection,
+    )
+    stages.begin("polynomial map")
+    polynomial = PolynomialMap.fit(observations.parameters, observations.coordinates, shared)
+    stages.begin("rational map")
+    rational = RationalMap.fit(observations)
+    learned: RationalMap | NetworkMap = rational
+    if modal.derivatives is not None:
+        stages.begin("network")
+        usual = np.flatnonzero(np.isin(np.array(snapshots.kinds)[used], USUAL))
+        learned = fit_network(observations, known, stages.reached).completed(observations.only(usual))
+    maps: tuple[Evaluator, ...] = (Superposition(actions), polynomial, rational, learned)
+    return {one.name: one for one in maps}, learned
+
+
+def _effects(snapshots: SnapshotSet, fields: FloatArray, stages: Stages) -> Iterator[tuple[str, Effect]]:
+    """Name and effect, of those that the snapshots tell of."""
+    for name, kind in EFFECTS.items():
+        stages.begin(name)
+        if found := kind.train(snapshots, fields):
+            yield name, found
 
 
 def _network_of(coarse: ReducedModel, snapshots: SnapshotSet) -> NetworkMap:
@@ -150,6 +176,7 @@ def _watch(snapshots: SnapshotSet, body: Body, modal: ModalData, fields: FloatAr
     return Watch.choose(body, snapshots.points, fields, len(snapshots.lift_fields), equilibria, others)
 
 
+@one_thread()
 def project(snapshots: SnapshotSet, rank: int) -> ModalData:
     """POD modes of the training snapshots, at most `rank`, and the coordinates of all snapshots in them.
 

@@ -183,6 +183,33 @@ def test_a_coarse_model_of_another_face_is_refused(trained):
         reduce_snapshots(snapshots, rank=10, coarse=replace(coarse, evaluators=without))
 
 
+class Told:
+    """Keeps what training tells."""
+
+    def __init__(self):
+        self.names, self.shares = [], {}
+
+    def begin(self, name):
+        self.names.append(name)
+
+    def reached(self, share):
+        self.shares.setdefault(self.names[-1], []).append(share)
+
+
+def test_training_tells_what_it_is_at(trained):
+    snapshots, _, model = trained
+    told = Told()
+    same = reduce_snapshots(snapshots, rank=10, stages=told)
+    assert told.names[0] == "modes" and told.names[-1] == "errors and times"
+    assert len(set(told.names)) == len(told.names)
+    assert list(told.shares) == ["network"]
+    shares = told.shares["network"]
+    assert len(shares) > 10 and shares == sorted(shares) and shares[-1] == 1.0
+    np.testing.assert_array_equal(
+        same.evaluators["network"].members[0].first, model.evaluators["network"].members[0].first
+    )
+
+
 def in_blocks(data, size=7):
     return lambda: (data[start : start + size] for start in range(0, len(data), size))
 

@@ -44,12 +44,14 @@ def train(
 ) -> None:
     """Solve snapshots and train a reduced model. The snapshots are kept beside the model, as MODEL.snapshots.h5."""
     require_offline("training")
+    from risorius.commands.stage_display import stage_display
     from risorius.training import reduce_snapshots
     from risorius_offline.commands.solving import solve
 
     touching = contact_of(source, contact)
     options = RunOptions(count, held_out, seed, adaptive, target_error, derivatives, touching, prestress, force_length)
     snapshots = solve(source, output.with_suffix(".snapshots.h5"), options, workers, scheduler, json_lines=False)
-    model = reduce_snapshots(snapshots, rank)
+    with stage_display() as stages:
+        model = reduce_snapshots(snapshots, rank, stages=stages)
     model.save(output)
     typer.echo(describe(model, output))

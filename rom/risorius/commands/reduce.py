@@ -23,11 +23,14 @@ def reduce(
     ] = None,
 ) -> None:
     """Train a reduced model from snapshots."""
+    from risorius.commands.stage_display import stage_display
     from risorius.model import load
     from risorius.snapshot_file import SnapshotSet
     from risorius.training import reduce_snapshots
 
-    model = reduce_snapshots(SnapshotSet.load(snapshots), rank, None if coarse is None else load(coarse))
+    begin_from = None if coarse is None else load(coarse)
+    with stage_display() as stages:
+        model = reduce_snapshots(SnapshotSet.load(snapshots), rank, begin_from, stages)
     model.save(output)
     typer.echo(describe(model, output))
 

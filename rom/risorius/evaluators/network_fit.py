@@ -10,12 +10,12 @@ layers make of the snapshots, and all weights then trained for a while, in small
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from itertools import repeat
+from itertools import chain, repeat
 
 import numba
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from risorius.errors import InputError
 from risorius.evaluators.competition import AdmissibleWeights, fit_competition
@@ -23,6 +23,9 @@ from risorius.evaluators.network import Member, NetworkMap
 from risorius.evaluators.network_gradient import DECAY, SIDES, Arrays, NetworkGradient, views
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
+from risorius.stages import UNTOLD
+
+Reached = Callable[[float], None]
 
 MEMBERS = 2
 STEPS_EACH, MOST_STEPS = 16, 14_000  # steps for each snapshot
@@ -31,12 +34,16 @@ RATE, LAST_RATE = 4e-3, 1e-6  # of Adam; it falls along a cosine
 MOMENTS = (0.9, 0.99)
 STEPS_AFTER, RATE_AFTER = 4, 1e-3  # of one that begins from another
 BATCHES = 80  # that coefficients are found from
+TOLD_EVERY = 20  # steps
 FIRST_THRESHOLDS, FIRST_COEFFICIENTS = 0.05, 0.01
 
 
-def fit_network(observations: Observations, coarse: NetworkMap | None = None) -> NetworkMap:
+def fit_network(
+    observations: Observations, coarse: NetworkMap | None = None, reached: Reached = UNTOLD.reached
+) -> NetworkMap:
     """Train a committee on snapshots with derivatives, from the start or from the layers of a coarser mesh's.
 
+    reached: is told what share of it is done.
     Raises InputError where snapshots have no derivatives, or `coarse` is of another kind of face.
     """
     if observations.derivatives is None:
@@ -51,9 +58,8 @@ def fit_network(observations: Observations, coarse: NetworkMap | None = None) ->
     train, starts = (
         (_trained, repeat(fit_competition(observations))) if coarse is None else (_continued, coarse.members)
     )
-    # Products are small: threads of one that wait for each other take four times the CPU time.
-    with threadpool_limits(1), ThreadPoolExecutor(MEMBERS) as pool:
-        members = tuple(pool.map(train, problems, starts, range(MEMBERS)))
+    with ThreadPoolExecutor(MEMBERS) as pool:
+        members = tuple(pool.map(train, problems, starts, range(MEMBERS), chain([reached], repeat(UNTOLD.reached))))
     return NetworkMap(members, reflection, np.arange(count))
 
 
@@ -63,19 +69,21 @@ def _steps(snapshots: int) -> int:
     return min(max(STEPS_EACH * snapshots, of_few), MOST_STEPS)
 
 
-def _trained(problem: NetworkGradient, competition: FloatArray, seed: int) -> Member:
+def _trained(problem: NetworkGradient, competition: FloatArray, seed: int, reached: Reached) -> Member:
     rng = np.random.default_rng(seed)
     start = _first(problem.observations, competition, problem.shapes, rng)
-    return _descended(problem, start, RATE, _steps(len(problem.observations.parameters)), rng)
+    return _descended(problem, start, RATE, _steps(len(problem.observations.parameters)), rng, reached)
 
 
-def _continued(problem: NetworkGradient, member: Member, seed: int) -> Member:
+def _continued(problem: NetworkGradient, member: Member, seed: int, reached: Reached) -> Member:
     rng = np.random.default_rng(seed)
     steps = min(STEPS_AFTER * len(problem.observations.parameters), MOST_STEPS)
-    return _descended(problem, _taken_over(problem, member, rng), RATE_AFTER, steps, rng)
+    return _descended(problem, _taken_over(problem, member, rng), RATE_AFTER, steps, rng, reached)
 
 
-def _descended(problem: NetworkGradient, start: Arrays, rate: float, steps: int, rng: np.random.Generator) -> Member:
+def _descended(
+    problem: NetworkGradient, start: Arrays, rate: float, steps: int, rng: np.random.Generator, reached: Reached
+) -> Member:
     """Weights after so many steps, the first of which are of length `rate`."""
     observations, shapes = problem.observations, problem.shapes
     admissible = AdmissibleWeights.of(observations)
@@ -88,6 +96,8 @@ def _descended(problem: NetworkGradient, start: Arrays, rate: float, steps: int,
         _adam(gradient, length, step, mean, square, theta)
         doubled = observations.symmetrised(now["competition"].astype(np.float64))
         now["competition"][:] = admissible.nearest(doubled)
+        if step % TOLD_EVERY == 0:
+            reached(step / steps)
     competition = now.pop("competition").astype(np.float64)
     return Member(competition, **{name: array.copy() for name, array in now.items()}).rounded()
 
