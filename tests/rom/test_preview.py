@@ -134,6 +134,24 @@ def test_jaw_slides_both_ways(stand: Stand, open_page: Callable[..., Any]) -> No
     assert value == pytest.approx(-0.5, abs=0.04)
 
 
+def test_wheel_brings_the_last_slider_into_a_low_window_and_leaves_the_face(
+    stand: Stand, open_page: Callable[..., Any]
+) -> None:
+    page = open_page()
+    page.set_viewport_size({"width": 1000, "height": 180})
+    last = page.locator('[data-input="jaw_sideways"] .slider')
+    assert last.bounding_box()["y"] > 180
+    page.mouse.move(900, 90)
+    page.mouse.wheel(0, 130)
+    page.wait_for_function("() => document.querySelector('.dg.main > ul').scrollTop > 0")
+    box = last.bounding_box()
+    assert 0 < box["y"] < 160
+    assert page.evaluate("() => [scrollX, scrollY]") == [0, 0]
+    assert page.locator(".close-button").bounding_box()["y"] == pytest.approx(160, abs=5)
+    page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
+    assert stand.next_move() == ("jaw_sideways", pytest.approx(-0.5, abs=0.04))
+
+
 def test_neutral_button_sets_every_slider_to_zero(stand: Stand, open_page: Callable[..., Any]) -> None:
     page = open_page()
     click_slider(page, "AU26", 0.6)
