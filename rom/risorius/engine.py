@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from risorius.budget import Budget
 from risorius.choosing import taken
 from risorius.effects import Surroundings, Touch
-from risorius.effects.effect import vector
+from risorius.effects.effect import UPRIGHT, vector
 from risorius.effort import Effort
 from risorius.errors import InputError
 from risorius.guard import Verdict
@@ -73,8 +74,7 @@ class Engine:
         self._effort = None if plan.muscles is None else Effort(plan.muscles)
         self.point, self._pipeline = taken(self.model, budget or self.scene.budget)
         self.effects = tuple(self.model.effects)
-        for step in (1e-3, None) if "inertia" in self.effects else (None,):
-            self.evaluate(step=step)  # compiles the kernels, so that the first frame is not late
+        self._warm_up()
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -134,6 +134,21 @@ class Engine:
             strain=strain,
             effort=effort,
         )
+
+    def _warm_up(self) -> None:
+        """Do once what a frame may call for: none is to wait until a kernel is compiled, or loaded."""
+        asked: dict[str, Any] = {
+            argument: value
+            for effect, argument, value in (
+                ("inertia", "step", 1e-3),
+                ("gravity", "gravity", UPRIGHT),
+                ("touch", "touches", (Touch(0, np.zeros(3)),)),
+            )
+            if effect in self.effects
+        }
+        for _ in range(2):  # what moves has been somewhere before
+            self.evaluate(np.zeros(len(self.inputs)), **asked)
+        self.evaluate()
 
     def _method(self) -> str:
         verdict = self._pipeline.verdict

@@ -147,14 +147,29 @@ class Contact:
                 return
         vertices[:] = self._best
 
+    def _warm_up(self) -> None:
+        """Look at a face at rest, make sure of all of it and go back from it."""
+        at_rest, vertices = np.zeros(len(self.tables.transforms)), self.retreat.rest.copy()
+        self._before[:] = vertices
+        self._look.find(vertices, True)
+        self._look.make_sure(vertices, UNFOLDED)
+        self._look.adopt()
+        self._go_back(at_rest, vertices, None)
+        self.restart()
+
     def restart(self) -> None:
         """Forget what was near what, and any number that is none."""
         self.gave_way = 0.0
         self._look.restart()
 
     def at(self, setting: Setting) -> Contact:
-        """Return the effect with a state of its own; it is the same for any number of modes."""
-        return Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1], self.groups)
+        """Return the effect with a state of its own; it is the same for any number of modes.
+
+        What few frames need is compiled here, so that none of them waits for it.
+        """
+        effect = Contact(self.tables, self.retreat, self.geometry, self.fields.shape[1], self.groups)
+        effect._warm_up()
+        return effect
 
     def within(self, part: Part) -> Contact:
         """Return the effect of what a part holds of the lips."""

@@ -24,7 +24,9 @@ class Folds:
         self._slopes = np.ascontiguousarray(watch.gradients[lifts:].transpose(1, 2, 0))
         self._jacobians = np.empty(len(watch), np.float32)
         self._direction = np.empty(self._slopes.shape[2])
-        self.unfold(np.zeros(len(watch.gradients)))  # compiles what only few frames need
+        rest = np.zeros(len(watch.gradients))
+        self.smallest(rest)
+        self._push(rest)  # what few frames need is compiled here, so that none of them waits for it
 
     def smallest(self, coordinates: FloatArray) -> float:
         """Smallest J at the watched points for coordinates (r,)."""
@@ -40,9 +42,12 @@ class Folds:
 
         The worst point is pushed along the gradient of its J, which is the shortest way, and then the worst again.
         """
-        modal = coordinates[self._lifts :]
         for _ in range(MOST_PUSHES):
             if self.smallest(coordinates) > FOLDED:
                 return True
-            push(self._change, self._jacobians, self._slopes, UNFOLDED, LONGEST_PUSH, self._direction, modal)
+            self._push(coordinates)
         return self.smallest(coordinates) > FOLDED
+
+    def _push(self, coordinates: FloatArray) -> None:
+        modal = coordinates[self._lifts :]
+        push(self._change, self._jacobians, self._slopes, UNFOLDED, LONGEST_PUSH, self._direction, modal)
