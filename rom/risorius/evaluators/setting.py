@@ -37,5 +37,5 @@ class Setting:
     def __str__(self) -> str:
         parts = [f"{self.method}, {self.rank} modes"]
         parts += [f"{self.elements} elements"] if self.elements else []
-        parts += [f"{self.steps} steps"] if self.steps else []
+        parts += [f"{self.steps} step{'s' if self.steps > 1 else ''}"] if self.steps else []
         return ", ".join(parts)
