@@ -22,7 +22,7 @@ from tests.rom.test_rational_map import (
 from risorius.errors import InputError
 from risorius.evaluators import RationalMap, Setting, network
 from risorius.evaluators.network_fit import fit_network
-from risorius.evaluators.network_gradient import DECAY, DERIVATIVE_WEIGHT, NetworkGradient, views
+from risorius.evaluators.network_gradient import DECAY, DERIVATIVE_WEIGHT, NEURONS_EACH, NetworkGradient, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
 from risorius.part import Part
 
@@ -234,7 +234,7 @@ def test_a_part_answers_as_the_whole_does(kind, left, kept, request):
     few = learned.within(one_part(left, [0, 2]))
     few.coordinates(parameters[left], part)
     np.testing.assert_array_equal(part, whole[[0, 2]])
-    assert few.members[0].first.shape == (kept, 5 * COUNT)
+    assert few.members[0].first.shape == (kept, NEURONS_EACH * COUNT)
 
 
 @pytest.mark.parametrize("kind", ["learned", "completed"])
@@ -259,7 +259,7 @@ def test_a_stored_network_answers_as_before(tmp_path, kind, request):
 def test_a_face_without_mirror_image_is_learned_too():
     found = fit_network(observed(competing, 60))
     assert worst_error(found, competing) < 0.05 * np.abs(observed(competing, 200, seed=1).coordinates).max()
-    assert found.members[0].odd.shape == (COUNT + 2 * 5 * COUNT, 0)
+    assert found.members[0].odd.shape == (COUNT + 2 * NEURONS_EACH * COUNT, 0)
     assert found.reflection.parity.shape == (MODES,)
 
 

@@ -22,7 +22,7 @@ from risorius.evaluators.network import COMBINED, WIDTH, Single
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 
-NEURONS_EACH, MOST_NEURONS = 5, 256  # neurons of each of the two layers, for each parameter
+NEURONS_EACH, MOST_NEURONS = 10, 256  # neurons of each of the two layers, for each parameter
 BATCH, DIRECTIONS = 64, 6
 DERIVATIVE_WEIGHT = 0.1
 DECAY = 1e-4  # penalty on the squares of all weights but thresholds and competition
