@@ -9,12 +9,14 @@ import numpy as np
 
 from risorius.evaluators import PolynomialMap
 from risorius.jaw import FloatArray
+from risorius.one_thread import one_thread
 from risorius.snapshot_file import SnapshotSet
 from risorius.training import ModalData, overlap
 
 MEMBERS = 4
 
 
+@one_thread()
 def disagreement(snapshots: SnapshotSet, modal: ModalData, candidates: FloatArray) -> FloatArray:
     """Spread (c,) of a committee's answers at candidate parameters (c, p), metres, root mean square over the volume.
 

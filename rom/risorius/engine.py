@@ -28,6 +28,8 @@ from risorius.strain import SurfaceStrain
 
 Weights = Mapping[str, Weight] | npt.ArrayLike
 _METHOD = {Verdict.GOOD: "{}", Verdict.MENDED: "{}, mended", Verdict.HELD: "held"}
+# Of a frame, by the effect that they ask for.
+_ARGUMENTS = {"inertia": "step", "gravity": "gravity", "touch": "touches"}
 
 
 @dataclass(frozen=True)
@@ -137,15 +139,8 @@ class Engine:
 
     def _warm_up(self) -> None:
         """Do once what a frame may call for: none is to wait until a kernel is compiled, or loaded."""
-        asked: dict[str, Any] = {
-            argument: value
-            for effect, argument, value in (
-                ("inertia", "step", 1e-3),
-                ("gravity", "gravity", UPRIGHT),
-                ("touch", "touches", (Touch(0, np.zeros(3)),)),
-            )
-            if effect in self.effects
-        }
+        acting = {"inertia": 1e-3, "gravity": UPRIGHT, "touch": (Touch(0, np.zeros(3)),)}
+        asked: dict[str, Any] = {_ARGUMENTS[one]: value for one, value in acting.items() if one in self.effects}
         for _ in range(2):  # what moves has been somewhere before
             self.evaluate(np.zeros(len(self.inputs)), **asked)
         self.evaluate()
@@ -169,8 +164,9 @@ class Engine:
             return ALONE
         for effect, asked in given.items():
             if asked and effect not in self.effects:
-                argument = {"inertia": "step", "touch": "touches"}.get(effect, effect)
-                raise InputError(f"{argument}: the scene of this engine is without {effect}; it has {self.effects}")
+                raise InputError(
+                    f"{_ARGUMENTS[effect]}: the scene of this engine is without {effect}; it has {self.effects}"
+                )
         acceleration = None if gravity is None else vector(gravity, "gravity")
         surroundings = Surroundings(step, acceleration, tuple(touches))
         self._pipeline.check(surroundings)

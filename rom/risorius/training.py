@@ -28,8 +28,8 @@ from risorius.modal import directional_derivatives, modal_derivatives, symmetric
 from risorius.model import ReducedModel
 from risorius.one_thread import one_thread
 from risorius.snapshot_file import BLOCK, SnapshotSet
-from risorius.stages import UNTOLD, Stages
 from risorius.symmetry import mirror_of
+from risorius.training_stages import UNTOLD, Stages
 
 ELEMENTS = 400  # of the corrected map
 USUAL = ("single", "ramp", "expression")  # kinds of snapshots that the map has to meet

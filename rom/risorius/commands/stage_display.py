@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress, TaskID
 
-    from risorius.stages import Stages
+    from risorius.training_stages import Stages
 
 PLAIN_PARTS = 4  # lines of a stage whose share is known
 

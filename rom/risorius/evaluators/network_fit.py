@@ -23,7 +23,7 @@ from risorius.evaluators.network import Member, NetworkMap
 from risorius.evaluators.network_gradient import DECAY, SIDES, Arrays, NetworkGradient, views
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
-from risorius.stages import UNTOLD
+from risorius.training_stages import UNTOLD
 
 Reached = Callable[[float], None]
 
