@@ -35,9 +35,11 @@ def events(output):
     return [json.loads(line) for line in output.splitlines()]
 
 
-def test_json_lines_tell_the_progress_and_the_end(face, tmp_path):
+def test_json_lines_tell_what_is_prepared_the_progress_and_the_end(face, tmp_path):
     told = events(run(face, "-o", tmp_path / "s.h5", "--snapshots", 6, "--held-out", 2, "--workers", 1, "--json"))
-    assert {event["event"] for event in told[:-1]} == {"progress"}
+    assert told[0] == {"event": "preparing", "what": f"the anatomy {face}"}
+    assert told[1]["event"] == "preparing"
+    assert {event["event"] for event in told[2:-1]} == {"progress"}
     assert told[-2]["solved"] == told[-2]["total"] == 8
     assert told[-1] == {"event": "finished", "output": str(tmp_path / "s.h5"), "solved": 8, "failures": []}
 
@@ -46,7 +48,8 @@ def test_resume_goes_on_as_it_was_asked_for(face, tmp_path):
     asked = ("--snapshots", 6, "--held-out", 2, "--seed", 5, "--no-derivatives")
     run(face, "-o", tmp_path / "s.h5", *asked, "--workers", 1)
     told = events(run(face, "-o", tmp_path / "s.h5", "--resume", "--workers", 1, "--json"))
-    assert told[0]["solved"] == told[0]["total"] == 8
+    counted = next(event for event in told if event["event"] == "progress")
+    assert counted["solved"] == counted["total"] == 8
     with pytest.raises(InputError, match=r"holds snapshots with .* = .*, asked for is"):
         run(face, "-o", tmp_path / "s.h5", "--snapshots", 6, "--seed", 6, "--workers", 1)
     assert SnapshotSet.load(tmp_path / "s.h5").derivatives is None

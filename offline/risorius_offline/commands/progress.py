@@ -22,7 +22,11 @@ PLAIN_LINES = 20  # of a run, at most
 
 
 class Display(Protocol):
-    """Shows where a run stands, and what came of it."""
+    """Shows what a run prepares, where it stands, and what came of it."""
+
+    def prepare(self, what: str) -> None:
+        """Tell what begins, of what comes before the first snapshot."""
+        ...
 
     def show(self, status: Status) -> None:
         """Show numbers that may have changed."""
@@ -51,15 +55,20 @@ class Pace:
 
 @dataclass
 class Bar:
-    """A progress bar of a terminal."""
+    """A progress bar of a terminal, there once there is something to count."""
 
     console: Console
     progress: Progress
     task: TaskID
     pace: Pace = field(default_factory=Pace)
 
+    def prepare(self, what: str) -> None:
+        """Print a line."""
+        _print_preparation(self.console, what)
+
     def show(self, status: Status) -> None:
         """Move the bar."""
+        self.progress.start()
         text = _text(status, *self.pace.of(status))
         self.progress.update(self.task, completed=status.solved + status.failed, total=status.total, text=text)
 
@@ -75,6 +84,10 @@ class Plain:
     console: Console
     pace: Pace = field(default_factory=Pace)
     told: int = -1
+
+    def prepare(self, what: str) -> None:
+        """Print a line."""
+        _print_preparation(self.console, what)
 
     def show(self, status: Status) -> None:
         """Print a line now and then."""
@@ -96,6 +109,10 @@ class JsonLines:
 
     pace: Pace = field(default_factory=Pace)
     last: Status | None = None
+
+    def prepare(self, what: str) -> None:
+        """Write what it is."""
+        _write_json(event="preparing", what=what)
 
     def show(self, status: Status) -> None:
         """Write numbers of samples, rate (1/s), seconds left and error (m)."""
@@ -133,8 +150,11 @@ def display(json_lines: bool) -> Iterator[Display]:
         yield Plain(console)
         return
     columns = ("snapshots", BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[text]}", markup=False))
-    with Progress(*columns, console=console) as progress:
+    progress = Progress(*columns, console=console)
+    try:
         yield Bar(console, progress, progress.add_task("snapshots", total=None, text=""))
+    finally:
+        progress.stop()
 
 
 def _text(status: Status, rate: float, left: float | None) -> str:
@@ -155,6 +175,10 @@ def _text(status: Status, rate: float, left: float | None) -> str:
 def _clock(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
+
+
+def _print_preparation(console: Console, what: str) -> None:
+    console.print(f"preparing {what}", markup=False)
 
 
 def _print_end(console: Console, output: Path, solved: int, failures: list[str]) -> None:

@@ -36,9 +36,12 @@ def solve(
     source: str, output: Path, options: RunOptions, workers: int, scheduler: str | None, *, json_lines: bool
 ) -> SnapshotSet:
     """Solve, write and return the snapshots of a source, with a display of progress; failures are listed at the end."""
-    anatomy = load(source)
-    with display(json_lines) as shown, _cluster(workers, scheduler) as client:
-        failures = _solve(run_of(anatomy, output, options), options, client, shown)
+    with display(json_lines) as shown:
+        shown.prepare(f"the anatomy {source}")
+        anatomy = load(source)
+        shown.prepare("the full model")
+        with _cluster(workers, scheduler) as client:
+            failures = _solve(run_of(anatomy, output, options), options, client, shown)
         snapshots = SnapshotSet.load(output)
         shown.finish(output, len(snapshots.parameters), failures)
     return snapshots
