@@ -25,7 +25,7 @@ from risorius.poses import Poses
 from risorius.surface import NO_COLOURS, Colours
 
 SCHEMA = "risorius-model"
-SCHEMA_VERSION = 9
+SCHEMA_VERSION = 10
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from risorius.vector_lanes import (
     INT,
     LANES,
     VECTOR,
+    accumulated,
     broadcast,
     data_pointers,
     load_element,
@@ -47,11 +48,10 @@ def carry(starts, carriers, weights, order, rest, displacements, out):  # type: 
 def combine(fields, coordinates, out):  # type: ignore[no-untyped-def]
     """Write the sums of coordinates (r) times fields, WIDTH components of all r after each other, into `out` (m).
 
-    Two sets of coordinates (2, r) give two of sums (2, m), and fields, which take the time, are read once. Fields are
-    single or 16-bit integers, other numbers single, all arrays contiguous; m is that of whole blocks.
+    Fields are single or 16-bit integers, other numbers single, all arrays contiguous; m is that of whole blocks.
     """
-    for block in range(out.shape[-1] // WIDTH):
-        _combine_block(fields, coordinates, out, block, coordinates.shape[-1], out.shape[-1])
+    for block in range(len(out) // WIDTH):
+        _combine_block(fields, coordinates, out, block, len(coordinates))
 
 
 @intrinsic
@@ -93,31 +93,27 @@ def sum_of_lanes(context, xs, start):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
-def _combine_block(context, fields, coordinates, out, block, count, size):  # type: ignore[no-untyped-def]
+def _combine_block(context, fields, coordinates, out, block, count):  # type: ignore[no-untyped-def]
     vector = load_vector if fields.dtype == types.float32 else load_integers
-    parts, sets = range(0, WIDTH, LANES), range(coordinates.ndim)
+    parts = range(0, WIDTH, LANES)
 
     def generate(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         fields, coordinates, out = data_pointers(target, builder, signature.args[:3], arguments[:3])
-        block, count, size = arguments[3:]
+        block, count = arguments[3:]
         first = builder.mul(builder.mul(block, count), block.type(WIDTH))
 
         def terms(number: Any) -> list[tuple[Any, Any]]:
             start = builder.add(first, builder.mul(number, number.type(WIDTH)))
-            vectors = [vector(builder, fields, builder.add(start, start.type(part))) for part in parts]
-            places = [builder.add(number, builder.mul(count, count.type(one))) for one in sets]
-            values = [broadcast(builder, load_element(builder, coordinates, place)) for place in places]
-            return [(value, vector) for value in values for vector in vectors]
+            value = broadcast(builder, load_element(builder, coordinates, number))
+            return [(value, vector(builder, fields, builder.add(start, start.type(part)))) for part in parts]
 
-        sums = _sums(builder, count.type(0), count, len(sets) * len(parts), terms)
-        for number, total in enumerate(sums):
-            one, part = divmod(number, len(parts))
-            place = builder.add(builder.mul(size, size.type(one)), builder.mul(block, block.type(WIDTH)))
-            pointer = builder.gep(out, [builder.add(place, place.type(parts[part]))])
+        place = builder.mul(block, block.type(WIDTH))
+        for part, total in zip(parts, _sums(builder, count.type(0), count, len(parts), terms), strict=True):
+            pointer = builder.gep(out, [builder.add(place, place.type(part))])
             builder.store(total, builder.bitcast(pointer, VECTOR.as_pointer()), align=4)
         return target.get_dummy_value()
 
-    return types.void(fields, coordinates, out, types.int64, types.int64, types.int64), generate
+    return types.void(fields, coordinates, out, types.int64, types.int64), generate
 
 
 @intrinsic
@@ -174,22 +170,11 @@ def _sums(builder: Any, first: Any, last: Any, count: int, terms: Callable[[Any]
     fused = cgutils.get_or_insert_function(
         builder.module, ir.FunctionType(VECTOR, [VECTOR] * 3), f"llvm.fma.v{LANES}f32"
     )
-    before = builder.block
-    head, body, after = (builder.append_basic_block() for _ in range(3))
-    builder.branch(head)
-    builder.position_at_end(head)
-    number = builder.phi(first.type)
-    sums = [builder.phi(VECTOR) for _ in range(count)]
-    builder.cbranch(builder.icmp_signed("<", number, last), body, after)
-    builder.position_at_end(body)
-    number.add_incoming(first, before)
-    number.add_incoming(builder.add(number, number.type(1)), body)
-    for total, (left, right) in zip(sums, terms(number), strict=True):
-        total.add_incoming(ir.Constant(VECTOR, [0.0] * LANES), before)
-        total.add_incoming(builder.call(fused, [left, right, total]), body)
-    builder.branch(head)
-    builder.position_at_end(after)
-    return sums
+
+    def added(number: Any, totals: list[Any]) -> list[Any]:
+        return [builder.call(fused, [*pair, total]) for pair, total in zip(terms(number), totals, strict=True)]
+
+    return accumulated(builder, first, last, [ir.Constant(VECTOR, [0.0] * LANES)] * count, added)
 
 
 def _scatter(builder: Any, sums: list[Any], block: Any, order: Any, rest: Any, out: Any) -> None:

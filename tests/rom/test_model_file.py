@@ -41,7 +41,7 @@ def test_damaged_content_is_refused(path):
     ("attribute", "value", "message"),
     [
         ("schema", "somebody-else", "holds somebody-else, expected risorius-model"),
-        ("schema_version", 99, "schema version 99, this release reads 9"),
+        ("schema_version", 99, "schema version 99, this release reads 10"),
         ("units", "mm", "units 'mm', expected 'SI'"),
     ],
 )

@@ -24,6 +24,7 @@ from risorius.evaluators import RationalMap, Setting, network
 from risorius.evaluators.network_fit import fit_network
 from risorius.evaluators.network_gradient import DECAY, DERIVATIVE_WEIGHT, NEURONS_EACH, NetworkGradient, views
 from risorius.evaluators.remainder import RIDGE, WIDTH
+from risorius.paired_sums import LARGEST_INPUT
 from risorius.part import Part
 
 
@@ -107,18 +108,21 @@ def by_definition(member, parameters):
     """Of one input, in double precision; see the module's docstring."""
     partner, sign, parity = REFLECTION.partner, REFLECTION.sign, REFLECTION.parity
     b = parameters / (1.0 + parameters @ member.competition)
-    sides = [b, sign * b[partner]]
 
-    def bent(inputs, weights, thresholds):
-        return bend(inputs @ weights.astype(float) + thresholds) - bend(thresholds.astype(float))
+    def parts(ours, image):
+        return (ours + image) / np.sqrt(2), (ours - image) / np.sqrt(2)
 
-    h = [bent(one, member.first, member.first_thresholds) for one in sides]
-    inputs = [np.concatenate([sides[k], h[k], h[1 - k]]) for k in range(2)]
-    k = [bent(one, member.second, member.second_thresholds) for one in inputs]
-    ours, others = (np.concatenate([sides[n], h[n], k[n]]) for n in range(2))
+    def bent(even, odd, thresholds):
+        both = (bend(z + thresholds) - bend(thresholds.astype(float)) for z in parts(even, odd))
+        return parts(*both)
+
+    b = parts(b, sign * b[partner])
+    h = bent(*(part @ member.first.values for part in b), member.first_thresholds)
+    inputs = [np.concatenate(both) for both in zip(b, h, strict=True)]
+    k = bent(inputs[0] @ member.second_even.values, inputs[1] @ member.second_odd.values, member.second_thresholds)
+    features = [np.concatenate(both) for both in zip(inputs, k, strict=True)]
     answer = np.empty(MODES)
-    answer[parity > 0.0] = (ours + others) @ member.even
-    answer[parity < 0.0] = (ours - others) @ member.odd
+    answer[parity > 0.0], answer[parity < 0.0] = features[0] @ member.even.values, features[1] @ member.odd.values
     return answer
 
 
@@ -127,22 +131,11 @@ def bend(z):
 
 
 def test_it_answers_as_it_is_defined(learned):
+    """But that inputs of sums are whole numbers up to LARGEST_INPUT, so off by half of one at most."""
     own_image = [0.7, 0.7, 0.3, 0.3, 0.0]  # of which one side is computed
     parameters = np.vstack([observed(symmetric, 20, seed=4).parameters, own_image])
     expected = [np.mean([by_definition(one, p) for one in learned.members], axis=0) for p in parameters]
-    np.testing.assert_allclose(answers(learned, parameters), expected, atol=1e-5)
-
-
-def test_weights_are_whole_numbers_of_steps_near_those_given():
-    rng = np.random.default_rng(0)
-    weights = (rng.normal(size=(50, 30)) * 10.0 ** rng.uniform(-6, 2, 30)).astype(np.float32)
-    weights[:, 4] = 0.0
-    numbers, steps = network.in_steps(weights)
-    rounded = numbers * steps
-    assert (np.abs(rounded - weights) <= np.abs(weights).max(axis=0) / 2**15).all()
-    np.testing.assert_array_equal(np.log2(steps) % 1.0, 0.0)
-    again, finer = network.in_steps(rounded[10:20])
-    np.testing.assert_array_equal(again * finer, rounded[10:20])
+    np.testing.assert_allclose(answers(learned, parameters), expected, atol=np.abs(expected).max() / LARGEST_INPUT)
 
 
 def test_derivatives_in_random_directions_cost_on_average_what_those_by_all_parameters_do():
@@ -234,7 +227,7 @@ def test_a_part_answers_as_the_whole_does(kind, left, kept, request):
     few = learned.within(one_part(left, [0, 2]))
     few.coordinates(parameters[left], part)
     np.testing.assert_array_equal(part, whole[[0, 2]])
-    assert few.members[0].first.shape == (kept, NEURONS_EACH * COUNT)
+    assert few.members[0].first.numbers.shape == (kept, NEURONS_EACH * COUNT)
 
 
 @pytest.mark.parametrize("kind", ["learned", "completed"])
@@ -259,7 +252,7 @@ def test_a_stored_network_answers_as_before(tmp_path, kind, request):
 def test_a_face_without_mirror_image_is_learned_too():
     found = fit_network(observed(competing, 60))
     assert worst_error(found, competing) < 0.05 * np.abs(observed(competing, 200, seed=1).coordinates).max()
-    assert found.members[0].odd.shape == (COUNT + 2 * NEURONS_EACH * COUNT, 0)
+    assert found.members[0].odd.numbers.shape == (COUNT + 2 * NEURONS_EACH * COUNT, 0)
     assert found.reflection.parity.shape == (MODES,)
 
 

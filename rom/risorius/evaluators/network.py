@@ -1,23 +1,27 @@
 """The learned map of contact: a small committee of neural networks on activations that compete.
 
 Each member bends combinations of the competing variables b (`competition`), then combinations of these and of what it
-has bent, and adds up: with phi(z) = sqrt(z^2 + WIDTH^2) - WIDTH,
+has bent, and adds up. What is combined are even and odd parts, x+ and x-: the sum and the difference of what x is for
+the face and for its mirror image, over sqrt 2, so that x = (x+ + x-) / sqrt 2. With phi(z) = sqrt(z^2 + WIDTH^2) -
+WIDTH,
 
-    h = phi(W' b + c) - phi(c),    k = phi(V' (b, h, h of the mirror image) + d) - phi(d),    q = A' (b, h, k),
+    z+- = W' b+-              h = phi(z + c) - phi(c)
+    z+- = V+-' (b, h)+-       k = phi(z + d) - phi(d)
+    q+- = A+-' (b, h, k)+-,
 
-which is exact at rest. On a symmetric face the sum of (b, h, k) and those of the mirror image drives the symmetric
-modes, their difference the others. The answer is the mean of the members, and how far they are apart tells what they
-know of their error (Krogh and Vedelsby 1995). `network_fit` trains them; what they miss at
-usual inputs, `remainder` adds.
+which is exact at rest; q+ are the symmetric modes of a symmetric face, q- the others. The answer is the mean of the
+members, and how far they are apart tells what they know of their error (Krogh and Vedelsby 1995). `network_fit` trains
+them; what they miss at usual inputs, `remainder` adds.
 
-What an answer takes is the time to read all weights, so they are 16-bit integers (`in_steps`), and read once for both
-sides. Parameters that are their own mirror image, or a face without one, take half of that.
+What an answer takes is the time to multiply by all weights, so they are whole numbers of eight bits (`paired_sums`).
+Parameters that are their own mirror image, or a face without one, have no odd part, and need none of its weights.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import h5py
 import numba
@@ -28,62 +32,68 @@ from risorius.evaluators.competition import compete
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.evaluators.remainder import Remainder
 from risorius.evaluators.setting import Setting
+from risorius.evaluators.whole_weights import Single, WholeWeights
 from risorius.jaw import FloatArray
-from risorius.packed_fields import in_blocks, whole_blocks
+from risorius.packed_fields import whole_blocks
+from risorius.paired_sums import combine, in_numbers, in_pairs
 from risorius.part import Part
-from risorius.vector_sums import combine
-from risorius.whole_steps import Single, in_steps, rounded
 
 WIDTH = 0.02  # of a bend's rounded corner
-COMBINED = ("first", "second", "even", "odd")  # fields of a member with weights
+ROOT_HALF = 0.5**0.5
+COMBINED = ("first", "second_even", "second_odd", "even", "odd")  # fields of a member with weights
 
 
 @dataclass(frozen=True)
 class Member:
-    """competition (p, p); first (p, h), second (p + 2 h, h) combinations with thresholds (h,) each.
+    """competition (p, p); first (p, h), second (p + h, h) combinations with thresholds (h,) each.
 
-    even (p + 2 h, e), odd (p + 2 h, o): coordinates of the symmetric and of the other modes, in their order, per unit
-    of the sum and of the difference of features.
+    even (p + 2 h, e), odd (p + 2 h, o): coordinates of the symmetric and of the other modes, in their order.
     """
 
     competition: FloatArray
-    first: Single
+    first: WholeWeights
     first_thresholds: Single
-    second: Single
+    second_even: WholeWeights
+    second_odd: WholeWeights
     second_thresholds: Single
-    even: Single
-    odd: Single
+    even: WholeWeights
+    odd: WholeWeights
+
+    @classmethod
+    def of(cls, competition: FloatArray, **values: Single) -> Member:
+        """Round what is combined, of the values of all fields."""
+        fields: dict[str, Any] = {**values, **{name: WholeWeights.of(values[name]) for name in COMBINED}}
+        return cls(competition, **fields)
 
     def only(self, even: npt.NDArray[np.int64], odd: npt.NDArray[np.int64]) -> Member:
         """Return that of some modes of either kind, by their positions."""
-        return replace(self, even=np.ascontiguousarray(self.even[:, even]), odd=np.ascontiguousarray(self.odd[:, odd]))
+        return replace(self, even=self.even.columns(even), odd=self.odd.columns(odd))
 
-    def of(self, parameters: npt.NDArray[np.int64]) -> Member:
+    def of_parameters(self, which: npt.NDArray[np.int64]) -> Member:
         """Return that of some parameters, the others of which are always 0: so is what they put into any sum."""
-        features = np.concatenate([parameters, np.arange(len(self.first), len(self.second))])
-        return replace(
-            self,
-            competition=np.ascontiguousarray(self.competition[np.ix_(parameters, parameters)]),
-            first=self.first[parameters],
-            second=self.second[features],
-            even=self.even[features],
-            odd=self.odd[features],
-        )
+        count = len(self.competition)
+        competition = np.ascontiguousarray(self.competition[np.ix_(which, which)])
 
-    def rounded(self) -> Member:
-        """Return that with the weights that its evaluation uses."""
-        first, second, even, odd = (rounded(getattr(self, name)) for name in COMBINED)
-        return replace(self, first=first, second=second, even=even, odd=odd)
+        def left(weights: WholeWeights) -> WholeWeights:
+            return weights.rows(np.concatenate([which, np.arange(count, len(weights.numbers))]))
+
+        weights: dict[str, Any] = {name: left(getattr(self, name)) for name in COMBINED}
+        return replace(self, competition=competition, **weights)
 
     def write(self, group: h5py.Group) -> None:
         """Store all fields."""
         for name, value in vars(self).items():
-            group[name] = value
+            if name in COMBINED:
+                value.write(group.create_group(name))
+            else:
+                group[name] = value
 
     @classmethod
     def read(cls, group: h5py.Group) -> Member:
         """Load what `write` stored."""
-        return cls(**{name: group[name][()] for name in cls.__dataclass_fields__}).rounded()
+        fields: dict[str, Any] = {name: WholeWeights.read(group[name]) for name in COMBINED}
+        fields |= {name: group[name][()] for name in cls.__dataclass_fields__ if name not in COMBINED}
+        return cls(**fields)
 
 
 @dataclass
@@ -109,29 +119,30 @@ class NetworkMap:
 
     @cached_property
     def _tables(self) -> tuple[npt.NDArray[np.generic], ...]:
-        """Fields of the members, one after the other, in the order of `Member`; what is combined is in blocks, and
+        """Fields of the members, one after the other, in the order of `Member`; what is combined is in pairs, and
         followed by its steps. Modes in the order of the members' answers.
         """
         tables: list[npt.NDArray[np.generic]] = []
         for name in Member.__dataclass_fields__:
             fields = [getattr(one, name) for one in self.members]
             if name in COMBINED:
-                numbers, steps = zip(*(in_steps(one) for one in fields), strict=True)
-                tables += [np.stack([in_blocks(one) for one in numbers]), np.stack(steps)]
+                tables += [np.stack([in_pairs(one.numbers) for one in fields]), np.stack([one.steps for one in fields])]
             else:
                 tables.append(np.stack(fields))
         return *tables, np.concatenate(self._modes)
 
     @cached_property
-    def _work(self) -> tuple[FloatArray | Single, ...]:
-        """Parameters, b; of both sides: b, what the second layer combines, features, bends; sum and difference of both
-        sides' features; what is made of either; answers of the members.
+    def _work(self) -> tuple[npt.NDArray[np.generic], ...]:
+        """Parameters, b; parts of the features, one of them in numbers; sums of numbers; combinations; answers of the
+        members.
         """
-        count, width = self.members[0].first.shape
+        count, width = self.members[0].first.numbers.shape
         modes, features = len(self.reflection.parity), count + 2 * width
-        both = ((2, count), (2, features), (2, features), (2, whole_blocks(width)), (2, features))
-        shapes = (*both, (whole_blocks(modes),), (len(self.members), modes))
-        return np.zeros(count), np.empty(count), *(np.empty(shape, np.float32) for shape in shapes)
+        room = max(whole_blocks(width), whole_blocks(modes))
+        shapes = ((2, features), (2, room), (len(self.members), modes))
+        parts, combined, answers = (np.empty(shape, np.float32) for shape in shapes)
+        numbers, sums = np.empty(features + 1, np.int16), np.empty(room, np.int32)
+        return np.zeros(count), np.empty(count), parts, numbers, sums, combined, answers
 
     def coordinates(self, parameters: FloatArray, out: FloatArray) -> None:
         """Write the modal coordinates (r,) of parameters (p,) into `out`."""
@@ -160,7 +171,7 @@ class NetworkMap:
         reflection = Reflection(
             np.searchsorted(kept, partner[kept]), self.reflection.sign[kept], left.reflection.parity
         )
-        members = tuple(member.of(kept) for member in left.members)
+        members = tuple(member.of_parameters(kept) for member in left.members)
         return NetworkMap(members, reflection, np.searchsorted(kept, left.inputs), left.remainder)
 
     def _only(self, modes: npt.NDArray[np.int64], parameters: npt.NDArray[np.int64]) -> NetworkMap:
@@ -192,64 +203,65 @@ class NetworkMap:
 @numba.njit(cache=True)
 def _evaluate(  # type: ignore[no-untyped-def]
     parameters, partner, sign,
-    competition, first, first_steps, thresholds, second, second_steps, second_thresholds, even, even_steps, odd,
-    odd_steps, modes, variables, entry, inputs, features, bent, combined, sums, answers, out,
+    competition, first, first_steps, thresholds, second_even, second_even_steps, second_odd, second_odd_steps,
+    second_thresholds, even, even_steps, odd, odd_steps, modes,
+    variables, features, numbers, sums, combined, answers, out,
 ):  # fmt: skip
-    """Write the mean answer of all members into `out` (r,); return how far they are apart.
-
-    Of parameters that are their own mirror image both sides' features are the same: one side is enough.
-    """
+    """Write the mean answer of all members into `out` (r,); return how far they are apart."""
     count, neurons, split = len(variables), thresholds.shape[1], even_steps.shape[1]
-    middle, sides = count + neurons, 1
+    middle, parts = count + neurons, 1
     for i in range(count):
         if parameters[i] != sign[i] * parameters[partner[i]]:
-            sides = 2
+            parts = 2
+    root_half = np.float32(ROOT_HALF)
     for k in range(len(answers)):
         compete(parameters, competition[k], variables)
         for i in range(count):
-            entry[0, i], entry[1, i] = variables[i], sign[i] * variables[partner[i]]
-        _bend(first[k], first_steps[k], thresholds[k], entry, sides, bent)
-        for side in range(sides):
-            for i in range(count):
-                features[side, i] = inputs[side, i] = entry[side, i]
-            for i in range(neurons):
-                features[side, count + i] = inputs[side, count + i] = bent[side, i]
-                inputs[side, middle + i] = bent[sides - 1 - side, i]
-        _bend(second[k], second_steps[k], second_thresholds[k], inputs, sides, bent)
-        for side in range(sides):
-            for i in range(neurons):
-                features[side, middle + i] = bent[side, i]
-        for i in range(features.shape[1]):
-            combined[0, i] = features[0, i] + features[sides - 1, i]
-            combined[1, i] = features[0, i] - features[sides - 1, i]
-        _add_up(even[k], even_steps[k], combined[0], sums, answers[k, :split])
-        if sides == 2:
-            _add_up(odd[k], odd_steps[k], combined[1], sums, answers[k, split:])
-        else:
-            answers[k, split:] = 0.0
-    return _mean(answers, modes, sums, out)
+            ours, image = np.float32(variables[i]), np.float32(sign[i] * variables[partner[i]])
+            features[0, i], features[1, i] = root_half * (ours + image), root_half * (ours - image)
+        for part in range(parts):
+            _combine(first[k], first_steps[k], features[part, :count], numbers, sums, combined[part])
+        _bend(combined, thresholds[k], parts, count, features)
+        _combine(second_even[k], second_even_steps[k], features[0, :middle], numbers, sums, combined[0])
+        if parts == 2:
+            _combine(second_odd[k], second_odd_steps[k], features[1, :middle], numbers, sums, combined[1])
+        _bend(combined, second_thresholds[k], parts, middle, features)
+        _combine(even[k], even_steps[k], features[0], numbers, sums, answers[k, :split])
+        answers[k, split:] = 0.0
+        if parts == 2:
+            _combine(odd[k], odd_steps[k], features[1], numbers, sums, answers[k, split:])
+    return _mean(answers, modes, combined[0], out)
 
 
 @numba.njit(cache=True)
-def _bend(weights, steps, thresholds, inputs, sides, out):  # type: ignore[no-untyped-def]
-    """Write the bent combinations (h,) of inputs of the first or of both sides, 0 where these are."""
-    square = np.float32(WIDTH * WIDTH)
-    if sides == 1:
-        combine(weights, inputs[0], out[0])
-    else:
-        combine(weights, inputs, out)
-    for side in range(sides):
-        for r in range(len(thresholds)):
-            z = out[side, r] * steps[r] + thresholds[r]
-            out[side, r] = np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square)
+def _combine(weights, steps, features, numbers, sums, out):  # type: ignore[no-untyped-def]
+    """Write sums (m,) of features (n,) times weights."""
+    count = len(features) + len(features) % 2
+    step = in_numbers(features, numbers[:count])
+    combine(weights, numbers[:count], sums[: len(weights) // count])
+    for r in range(len(steps)):
+        out[r] = sums[r] * (step * steps[r])
 
 
 @numba.njit(cache=True)
-def _add_up(weights, steps, features, sums, out):  # type: ignore[no-untyped-def]
-    """Write the coordinates of modes of one kind."""
-    combine(weights, features, sums[: len(weights) // len(features)])
-    for r in range(len(out)):
-        out[r] = sums[r] * steps[r]
+def _bend(combined, thresholds, parts, start, features):  # type: ignore[no-untyped-def]
+    """Write the parts of bent combinations (2, h) into features from `start` on; of an odd one that is 0 nothing."""
+    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    count = len(thresholds)
+    even, odd = features[0, start : start + count], features[1, start : start + count]  # or loops stay scalar
+    if parts == 1:
+        for r in range(count):
+            z = root_half * combined[0, r] + thresholds[r]
+            at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
+            even[r] = (np.sqrt(z * z + square) - at_rest) / root_half
+        return
+    for r in range(count):
+        z, beside = root_half * combined[0, r] + thresholds[r], root_half * combined[1, r]
+        ours, image = z + beside, z - beside
+        ours, image = np.sqrt(ours * ours + square), np.sqrt(image * image + square)
+        at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
+        even[r] = root_half * (ours - at_rest + (image - at_rest))
+        odd[r] = root_half * (ours - image)
 
 
 @numba.njit(cache=True, fastmath={"contract", "reassoc"})

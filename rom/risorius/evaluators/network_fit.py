@@ -19,8 +19,8 @@ import numpy as np
 
 from risorius.errors import InputError
 from risorius.evaluators.competition import AdmissibleWeights, fit_competition
-from risorius.evaluators.network import Member, NetworkMap
-from risorius.evaluators.network_gradient import DECAY, SIDES, Arrays, NetworkGradient, views
+from risorius.evaluators.network import COMBINED, Member, NetworkMap
+from risorius.evaluators.network_gradient import DECAY, PARTS, Arrays, NetworkGradient, views
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 from risorius.training_stages import UNTOLD
@@ -99,7 +99,7 @@ def _descended(
         if step % TOLD_EVERY == 0:
             reached(step / steps)
     competition = now.pop("competition").astype(np.float64)
-    return Member(competition, **{name: array.copy() for name, array in now.items()}).rounded()
+    return Member.of(competition, **now)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -128,7 +128,8 @@ def _first(
         both = np.vstack([local, others])
         return np.asarray(both / np.linalg.norm(both, axis=0))
 
-    start = {"competition": competition, "first": combinations(count), "second": combinations(shapes["second"][0])}
+    start = {"competition": competition, "first": combinations(count)}
+    start |= {f"second_{name}": combinations(count + neurons) for name in PARTS}
     spread = {"thresholds": FIRST_THRESHOLDS, "even": FIRST_COEFFICIENTS, "odd": FIRST_COEFFICIENTS}
     for name, shape in shapes.items():
         if name not in start:
@@ -139,9 +140,10 @@ def _first(
 def _taken_over(problem: NetworkGradient, member: Member, rng: np.random.Generator) -> Arrays:
     """Layers of a member, and the coefficients that suit these snapshots best."""
     start = {name: np.zeros(shape, np.float32) for name, shape in problem.shapes.items()}
-    for name in start.keys() - SIDES.keys():
-        start[name][:] = getattr(member, name)
-    sums = {name: (np.zeros((len(start[name]),) * 2), np.zeros(start[name].shape)) for name in SIDES}
+    for name in start.keys() - set(PARTS):
+        known = getattr(member, name)
+        start[name][:] = known.values if name in COMBINED else known
+    sums = {name: (np.zeros((len(start[name]),) * 2), np.zeros(start[name].shape)) for name in PARTS}
     for _ in range(BATCHES):
         for name, batch in problem.normal_equations(start, *problem.draw(rng)).items():
             for total, part in zip(sums[name], batch, strict=True):

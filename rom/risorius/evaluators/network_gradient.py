@@ -4,8 +4,8 @@ A batch is s snapshots and, of each, derivatives in d directions, for which the 
 forward and their squared errors back (Czarnecki et al. 2017, Sobolev training). Directions are 1 or -1 in every
 parameter: the mean of the squared derivatives is then the sum of those by all parameters (Hutchinson 1990).
 
-All that is computed is (1 + d, 2, s, ...): values and derivatives, of both sides. Large arrays are made once: to make
-them anew for each batch takes a third of the time.
+All that is computed is (2, 1 + d, s, ...): even and odd parts of values and derivatives. Large arrays are made once: to
+make them anew for each batch takes a third of the time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from risorius.evaluators.network import COMBINED, WIDTH, Single
+from risorius.evaluators.network import COMBINED, ROOT_HALF, WIDTH, Single
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 
@@ -27,7 +27,7 @@ BATCH, DIRECTIONS = 64, 6
 DERIVATIVE_WEIGHT = 0.1
 DECAY = 1e-4  # penalty on the squares of all weights but thresholds and competition
 
-SIDES = {"even": np.add, "odd": np.subtract}  # how features of both sides drive modes
+PARTS = ("even", "odd")
 
 Arrays = dict[str, Single]
 
@@ -57,7 +57,8 @@ class NetworkGradient:
             "competition": (count, count),
             "first": (count, neurons),
             "first_thresholds": (neurons,),
-            "second": (features, neurons),
+            "second_even": (count + neurons, neurons),
+            "second_odd": (count + neurons, neurons),
             "second_thresholds": (neurons,),
             "even": (features, even),
             "odd": (features, len(self.reflection.parity) - even),
@@ -94,8 +95,8 @@ class NetworkGradient:
         self._forward(entry, weights)
         targets, roots = self._targets(rows, directions), np.sqrt(self._shares(rows, directions))
         found = {}
-        for name, combine in SIDES.items():
-            features = _flat(roots * combine(*np.moveaxis(self._room.features, 1, 0))).astype(np.float64)
+        for name, part in zip(PARTS, self._room.features, strict=True):
+            features = _flat(roots * part).astype(np.float64)
             wanted = _flat(roots * targets[..., self._of(name)])
             found[name] = features.T @ features, features.T @ wanted
         return found
@@ -121,79 +122,65 @@ class NetworkGradient:
 
     def _forward(self, entry: _Entry, weights: Arrays) -> None:
         """Fill in the features: b, h, k."""
-        room, second = self._room, weights["second"]
+        room = self._room
         count, neurons = weights["first"].shape
         middle = count + neurons
-        features = _flat(room.features)
         room.features[..., :count] = entry.values
-        np.matmul(features[:, :count], weights["first"], out=_flat(room.first))
+        np.matmul(_flat(room.features)[:, :count], weights["first"], out=_flat(room.first))
         _bend(room.first, weights["first_thresholds"], count, room.features)
-        np.matmul(features[:, :middle], second[:middle], out=_flat(room.second))
-        np.matmul(features[:, count:middle], second[middle:], out=_flat(room.turned))
-        room.second[:] += room.turned[:, ::-1]
+        for name, features, combined in zip(PARTS, room.features, room.second, strict=True):
+            np.matmul(_flat(features)[:, :middle], weights[f"second_{name}"], out=_flat(combined))
         _bend(room.second, weights["second_thresholds"], middle, room.features)
 
     def _miss(self, weights: Arrays, rows: npt.NDArray[np.int64], directions: Single, out: Arrays) -> float:
         """Write gradients by features and coefficients; return the loss without penalties."""
         room, targets, shares = self._room, self._targets(rows, directions), self._shares(rows, directions)
-        loss, (ours, others) = 0.0, (room.features[:, side] for side in range(2))
-        for name, combine in SIDES.items():
-            combine(ours, others, out=room.combined)
-            missed = room.combined @ weights[name]
+        loss = 0.0
+        for name, features, by_features in zip(PARTS, room.features, room.by_features, strict=True):
+            missed = features @ weights[name]
             missed -= targets[..., self._of(name)]
             loss += float(np.vdot(missed, shares * missed))
             missed *= 2.0 * shares
-            np.matmul(_flat(room.combined).T, _flat(missed), out=out[name])
-            np.matmul(_flat(missed), weights[name].T, out=_flat(room.combined))
-            if name == "even":
-                room.by_features[:] = room.combined[:, None]
-            else:
-                room.by_features[:, 0] += room.combined
-                room.by_features[:, 1] -= room.combined
+            np.matmul(_flat(features).T, _flat(missed), out=out[name])
+            np.matmul(_flat(missed), weights[name].T, out=_flat(by_features))
         return loss
 
     def _back(self, weights: Arrays, out: Arrays) -> Single:
         """Write gradients by both layers; return that by b."""
-        room, second = self._room, weights["second"]
+        room = self._room
         count, neurons = weights["first"].shape
         middle = count + neurons
-        features = _flat(room.features)
         _unbend(room.second, weights["second_thresholds"], middle, room.by_features, out["second_thresholds"])
-        room.turned[:] = room.second[:, ::-1]
-        np.matmul(features[:, :middle].T, _flat(room.second), out=out["second"][:middle])
-        np.matmul(features[:, count:middle].T, _flat(room.turned), out=out["second"][middle:])
-        np.matmul(_flat(room.second), second[:middle].T, out=_flat(room.by_inputs))
-        room.by_features[..., :middle] += room.by_inputs
-        np.matmul(_flat(room.turned), second[middle:].T, out=_flat(room.second))
-        room.by_features[..., count:middle] += room.second
+        every = zip(PARTS, room.features, room.second, room.by_features, strict=True)
+        for name, features, by_combined, by_features in every:
+            np.matmul(_flat(features)[:, :middle].T, _flat(by_combined), out=out[f"second_{name}"])
+            np.matmul(_flat(by_combined), weights[f"second_{name}"].T, out=_flat(room.by_inputs))
+            by_features[..., :middle] += room.by_inputs
         _unbend(room.first, weights["first_thresholds"], count, room.by_features, out["first_thresholds"])
-        np.matmul(features[:, :count].T, _flat(room.first), out=out["first"])
+        np.matmul(_flat(room.features)[:, :count].T, _flat(room.first), out=out["first"])
         return room.by_features[..., :count] + room.first @ weights["first"].T
 
 
 @dataclass(frozen=True)
 class _Room:
-    """features, by_features (1 + d, 2, s, p + 2 h): features and the gradient by them; combined: those of both sides;
-    first, second, turned (1 + d, 2, s, h): combinations of a layer, then the gradient by them, and of the other side;
-    by_inputs (1 + d, 2, s, p + h): gradient; targets (1 + d, s, r).
+    """features, by_features (2, 1 + d, s, p + 2 h): features and the gradient by them; first, second
+    (2, 1 + d, s, h): combinations of a layer, then the gradient by them; by_inputs (1 + d, s, p + h): gradient by what
+    the second layer combines; targets (1 + d, s, r).
     """
 
     features: Single
     by_features: Single
-    combined: Single
     first: Single
     second: Single
-    turned: Single
     by_inputs: Single
     targets: Single
 
     @classmethod
     def of(cls, fields: int, snapshots: int, shapes: dict[str, tuple[int, ...]]) -> _Room:
         count, neurons = shapes["first"]
-        features, modes = shapes["second"][0], shapes["even"][1] + shapes["odd"][1]
-        both, one = (fields, 2, snapshots), (fields, snapshots)
-        sizes = [(*both, features)] * 2 + [(*one, features)] + [(*both, neurons)] * 3
-        sizes += [(*both, count + neurons), (*one, modes)]
+        features, modes = shapes["even"][0], shapes["even"][1] + shapes["odd"][1]
+        one = (fields, snapshots)
+        sizes = [(2, *one, features)] * 2 + [(2, *one, neurons)] * 2 + [(*one, count + neurons), (*one, modes)]
         return cls(*(np.empty(size, np.float32) for size in sizes))
 
 
@@ -203,7 +190,7 @@ def _flat(rows: Single) -> Single:
 
 @dataclass
 class _Entry:
-    """The competing variables, values (1 + d, 2, s, p), and what their gradient needs."""
+    """Parts of the competing variables, values (2, 1 + d, s, p), and what their gradient needs."""
 
     values: Single
     parameters: Single
@@ -217,17 +204,18 @@ class _Entry:
         p, along = parameters.astype(np.float32), directions[:, None]
         inverse = 1.0 / (1.0 + p @ competition)
         across = (directions @ competition)[:, None]  # derivatives of the denominators, the same for all snapshots
-        values = np.empty((1 + len(directions), 2, *p.shape), np.float32)
-        values[0, 0] = p * inverse
-        values[1:, 0] = along * inverse - p * inverse**2 * across
-        values[:, 1] = values[:, 0][..., reflection.partner] * reflection.sign.astype(np.float32)
+        ours = np.empty((1 + len(directions), *p.shape), np.float32)
+        ours[0] = p * inverse
+        ours[1:] = along * inverse - p * inverse**2 * across
+        image = ours[..., reflection.partner] * reflection.sign.astype(np.float32)
+        values = np.float32(ROOT_HALF) * np.stack([ours + image, ours - image])
         return cls(values, p, directions, inverse, across, reflection)
 
     def write(self, by_values: Single, out: Single) -> None:
         """Write the gradient by the competition (p, p), from that by the values."""
         # The mirror image of parameter i is at its partner, whose partner is i.
-        turned = by_values[:, 1] * self.reflection.sign.astype(np.float32)
-        ours = by_values[:, 0] + turned[..., self.reflection.partner]
+        image = (by_values[0] - by_values[1]) * self.reflection.sign.astype(np.float32)
+        ours = ROOT_HALF * (by_values[0] + by_values[1] + image[..., self.reflection.partner])
         square = self.inverse**2
         slope = self.parameters * square
         by_denominators = -ours[0] * slope + 2.0 * slope * self.inverse * (ours[1:] * self.across).sum(axis=0)
@@ -237,44 +225,64 @@ class _Entry:
 
 @numba.njit(cache=True, nogil=True)
 def _bend(combined, thresholds, start, out):  # type: ignore[no-untyped-def]
-    """Write bent combinations (1 + d, 2, s, h) into features from `start` on; add thresholds to the combinations."""
-    square = np.float32(WIDTH * WIDTH)
-    fields, sides, snapshots, neurons = combined.shape
-    slope = np.empty(neurons, np.float32)
-    for side in range(sides):
-        for s in range(snapshots):
+    """Write the parts of bent combinations into features from `start` on; combinations (2, 1 + d, s, h), of which the
+    parts are given, become those of the face and of its image, with thresholds.
+    """
+    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    _, fields, snapshots, neurons = combined.shape
+    slopes = np.empty((2, neurons), np.float32)
+    for s in range(snapshots):
+        for r in range(neurons):
+            even, odd = root_half * combined[0, 0, s, r] + thresholds[r], root_half * combined[1, 0, s, r]
+            ours, image = even + odd, even - odd
+            root, its = np.sqrt(ours * ours + square), np.sqrt(image * image + square)
+            combined[0, 0, s, r], combined[1, 0, s, r] = ours, image
+            slopes[0, r], slopes[1, r] = ours / root, image / its
+            at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
+            out[0, 0, s, start + r] = root_half * ((root - at_rest) + (its - at_rest))
+            out[1, 0, s, start + r] = root_half * (root - its)
+        for k in range(1, fields):
             for r in range(neurons):
-                combined[0, side, s, r] += thresholds[r]
-                z = combined[0, side, s, r]
-                root = np.sqrt(z * z + square)
-                slope[r] = z / root
-                out[0, side, s, start + r] = root - np.sqrt(thresholds[r] * thresholds[r] + square)
-            for k in range(1, fields):
-                for r in range(neurons):
-                    out[k, side, s, start + r] = slope[r] * combined[k, side, s, r]
+                even, odd = root_half * combined[0, k, s, r], root_half * combined[1, k, s, r]
+                ours, image = even + odd, even - odd
+                combined[0, k, s, r], combined[1, k, s, r] = ours, image
+                ours, image = slopes[0, r] * ours, slopes[1, r] * image
+                out[0, k, s, start + r] = root_half * (ours + image)
+                out[1, k, s, start + r] = root_half * (ours - image)
 
 
 @numba.njit(cache=True, nogil=True)
 def _unbend(combined, thresholds, start, by_features, by_thresholds):  # type: ignore[no-untyped-def]
-    """Put the gradient by combinations (1 + d, 2, s, h) into their place, from that by features from `start` on."""
-    square = np.float32(WIDTH * WIDTH)
-    fields, sides, snapshots, neurons = combined.shape
-    slope, curvature, along = np.empty((3, neurons), np.float32)
+    """Put the gradient by the parts of combinations into their place, (2, 1 + d, s, h), from that by features from
+    `start` on.
+    """
+    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    _, fields, snapshots, neurons = combined.shape
+    slopes, curvatures, along = np.empty((3, 2, neurons), np.float32)
     by_thresholds[:] = 0.0
-    for side in range(sides):
-        for s in range(snapshots):
+    for s in range(snapshots):
+        for side in range(2):
             for r in range(neurons):
-                z = combined[0, side, s, r]
+                z = combined[side, 0, s, r]
                 root = np.sqrt(z * z + square)
-                slope[r], along[r] = z / root, 0.0
-                curvature[r] = square / (root * root * root)  # phi'' = (1 - phi'^2) / root
-            for k in range(1, fields):
-                for r in range(neurons):
-                    by = by_features[k, side, s, start + r]
-                    along[r] += combined[k, side, s, r] * by
-                    combined[k, side, s, r] = slope[r] * by
+                slopes[side, r], along[side, r] = z / root, 0.0
+                curvatures[side, r] = square / (root * root * root)  # phi'' = (1 - phi'^2) / root
+        for k in range(1, fields):
             for r in range(neurons):
-                by, threshold = by_features[0, side, s, start + r], thresholds[r]
-                combined[0, side, s, r] = slope[r] * by + curvature[r] * along[r]
-                at_rest = threshold / np.sqrt(threshold * threshold + square)
-                by_thresholds[r] += combined[0, side, s, r] - at_rest * by
+                even, odd = root_half * by_features[0, k, s, start + r], root_half * by_features[1, k, s, start + r]
+                ours, image = even + odd, even - odd
+                along[0, r] += combined[0, k, s, r] * ours
+                along[1, r] += combined[1, k, s, r] * image
+                ours, image = slopes[0, r] * ours, slopes[1, r] * image
+                combined[0, k, s, r], combined[1, k, s, r] = root_half * (ours + image), root_half * (ours - image)
+        for r in range(neurons):
+            even, odd = root_half * by_features[0, 0, s, start + r], root_half * by_features[1, 0, s, start + r]
+            ours, image, threshold = even + odd, even - odd, thresholds[r]
+            at_rest = threshold / np.sqrt(threshold * threshold + square)
+            by_ours = slopes[0, r] * ours + curvatures[0, r] * along[0, r]
+            by_image = slopes[1, r] * image + curvatures[1, r] * along[1, r]
+            by_thresholds[r] += by_ours + by_image - at_rest * (ours + image)
+            combined[0, 0, s, r], combined[1, 0, s, r] = (
+                root_half * (by_ours + by_image),
+                root_half * (by_ours - by_image),
+            )
