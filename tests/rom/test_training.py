@@ -168,7 +168,7 @@ def test_a_model_of_a_coarser_mesh_is_begun_from_and_named(trained):
     model = reduce_snapshots(snapshots, rank=10, coarse=coarse)
     assert model.provenance["coarse"] == f"{coarse.name}, {coarse.provenance['snapshots']} snapshots"
     assert not np.array_equal(
-        model.evaluators["network"].members[0].first, coarse.evaluators["network"].members[0].first
+        model.evaluators["network"].members[0].first.values, coarse.evaluators["network"].members[0].first.values
     )
     assert overall(model, "network").p95 < 0.1 * overall(model, "superposition").p95
 
@@ -206,7 +206,7 @@ def test_training_tells_what_it_is_at(trained):
     shares = told.shares["network"]
     assert len(shares) > 10 and shares == sorted(shares) and shares[-1] == 1.0
     np.testing.assert_array_equal(
-        same.evaluators["network"].members[0].first, model.evaluators["network"].members[0].first
+        same.evaluators["network"].members[0].first.values, model.evaluators["network"].members[0].first.values
     )
 
 

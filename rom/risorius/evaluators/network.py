@@ -32,11 +32,12 @@ from risorius.evaluators.competition import compete
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.evaluators.remainder import Remainder
 from risorius.evaluators.setting import Setting
-from risorius.evaluators.whole_weights import Single, WholeWeights
+from risorius.evaluators.whole_weights import WholeWeights
 from risorius.jaw import FloatArray
 from risorius.packed_fields import whole_blocks
 from risorius.paired_sums import combine, in_numbers, in_pairs
 from risorius.part import Part
+from risorius.whole_steps import Single
 
 WIDTH = 0.02  # of a bend's rounded corner
 ROOT_HALF = 0.5**0.5

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.paired_sums import LARGEST_WEIGHT
+from risorius.whole_steps import Single
 
-Single = npt.NDArray[np.float32]
 Places = npt.NDArray[np.int64]
 
 
