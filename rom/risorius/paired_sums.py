@@ -15,9 +15,8 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-from risorius.packed_fields import whole_blocks
 from risorius.vector_lanes import INT, LANES, SHORT, accumulated, data_pointers, shuffle
-from risorius.vector_sums import WIDTH
+from risorius.vector_sums import WIDTH, whole_blocks
 
 LARGEST_WEIGHT, LARGEST_INPUT = 127, 8191
 MOST_INPUTS = (2**31 - 1) // (LARGEST_WEIGHT * LARGEST_INPUT)  # of a sum: 2 064
@@ -35,9 +34,10 @@ def in_pairs(numbers: Bytes) -> Bytes:
     count, size = numbers.shape
     if count > MOST_INPUTS:
         raise ValueError(f"{count} inputs: sums of more than {MOST_INPUTS} may not fit 32 bits; give fewer")
-    padded = np.zeros((count + count % 2, whole_blocks(size)), np.int8)
+    pairs, blocks = -(-count // 2), whole_blocks(size) // WIDTH
+    padded = np.zeros((2 * pairs, blocks * WIDTH), np.int8)
     padded[:count, :size] = numbers
-    return padded.reshape(len(padded) // 2, 2, -1, WIDTH).transpose(2, 0, 3, 1).ravel()
+    return padded.reshape(pairs, 2, blocks, WIDTH).transpose(2, 0, 3, 1).ravel()
 
 
 @numba.njit(cache=True)

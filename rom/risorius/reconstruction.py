@@ -45,16 +45,15 @@ class Reconstruction(Protocol):
 def reconstruction(basis: CarriedBasis, rest: Vertices) -> Reconstruction:
     """Whichever way reads fewer bytes, for vertices at rest (n, 3)."""
     carried = CarriedReconstruction(basis, rest)
-    themselves = basis.weights.nnz == len(rest) and (basis.weights.data == 1.0).all()
-    plain = len(basis) * rest.size * (carried.itemsize if themselves else rest.itemsize) + rest.nbytes
-    return carried if carried.bytes_read < plain else PlainReconstruction(basis, rest)
+    plain = carried.bytes_of_fields if basis.carried_by_themselves else len(basis) * rest.nbytes
+    return carried if carried.bytes_read < plain + rest.nbytes else PlainReconstruction(basis, rest)
 
 
 class PlainReconstruction:
     """Adds up the fields of the vertices themselves."""
 
     def __init__(self, basis: CarriedBasis, rest: Vertices) -> None:
-        self._fields = PackedFields(basis.at_vertices())
+        self._fields = PackedFields(basis.at_vertices(), basis.coarse if basis.carried_by_themselves else None)
         self._rest = rest
         self.bytes_read = self._fields.nbytes + rest.nbytes
 
@@ -68,7 +67,7 @@ class PlainReconstruction:
 
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        return _rounding(len(coordinates), _sizes(self._fields, coordinates), self._rest)
+        return _rounding(len(coordinates), self._fields, 1.0, coordinates, self._rest)
 
 
 class CarriedReconstruction:
@@ -78,8 +77,8 @@ class CarriedReconstruction:
         order = neighbours_together(rest)
         order = np.append(order, np.full(-len(order) % LANES, order[-1]))  # the last block is full, too
         self._blocks = *_in_blocks(basis.weights[order]), order.astype(np.uint32), rest[order].reshape(-1)
-        self._fields = PackedFields(basis.fields)
-        self.itemsize = self._fields.itemsize
+        self._fields = PackedFields(basis.fields, basis.coarse)
+        self.bytes_of_fields = self._fields.nbytes
         self._gain = float(abs(basis.weights).sum(axis=1).max())
         self._terms = len(basis) + int(np.diff(basis.weights.indptr).max()) + 1
         self._rest = rest
@@ -95,12 +94,7 @@ class CarriedReconstruction:
 
     def error_bound(self, coordinates: FloatArray) -> float:
         """See `Reconstruction`."""
-        return _rounding(self._terms, self._gain * _sizes(self._fields, coordinates), self._rest)
-
-
-def _sizes(fields: PackedFields, coordinates: FloatArray) -> float:
-    """Sum of the largest components of all fields, each times its coordinate."""
-    return float(np.abs(coordinates) @ fields.largest)
+        return _rounding(self._terms, self._fields, self._gain, coordinates, self._rest)
 
 
 def _reach(fields: PackedFields, coordinates: FloatArray) -> float:
@@ -110,9 +104,13 @@ def _reach(fields: PackedFields, coordinates: FloatArray) -> float:
     return math.sqrt(3.0) * float(largest_size(fields.combined(coordinates)))
 
 
-def _rounding(terms: int, size: float, rest: Vertices) -> float:
-    """Bound for a sum of products, the sizes of which add up to `size`, and a place at rest: 2 for q and the last +."""
-    return UNIT_ROUNDOFF * (1.01 * (terms + 2) * size + float(np.abs(rest).max()))
+def _rounding(terms: int, fields: PackedFields, gain: float, coordinates: FloatArray, rest: Vertices) -> float:
+    """Bound for a sum of products of coordinates and fields, times weights that add up to `gain`, and a place at rest:
+    2 for q and the last +.
+    """
+    size = gain * float(np.abs(coordinates) @ fields.largest)
+    of_sums = UNIT_ROUNDOFF * (1.01 * (terms + 2) * size + float(np.abs(rest).max()))
+    return of_sums + gain * fields.rounding(coordinates)
 
 
 def neighbours_together(points: Vertices) -> npt.NDArray[np.int64]:

@@ -87,13 +87,15 @@ def train(
         stages.begin("points to watch")
         watch = _watch(snapshots, snapshots.body, modal, fields, learned)
     used, surface = ~snapshots.held_out, snapshots.surface
+    sizes = np.sqrt(np.square(modal.coordinates[used]).mean(axis=0))
+    sizes = np.concatenate([np.ones(len(snapshots.lift_fields)), sizes])
     model = ReducedModel(
         name=snapshots.name,
         inputs=snapshots.inputs,
         poses=snapshots.poses,
         rest_vertices=surface.points.astype(np.float32),
         triangles=surface.triangles.astype(np.int32),
-        carried_basis=CarriedBasis.of_surface(surface, fields),
+        carried_basis=CarriedBasis.of_surface(surface, fields).rounded_off(sizes),
         evaluators=evaluators,
         points=(),
         provenance={**snapshots.provenance, "snapshots": int(used.sum()), "held_out": int((~used).sum())},

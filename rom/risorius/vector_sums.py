@@ -32,6 +32,11 @@ from risorius.vector_lanes import (
 WIDTH = 4 * LANES  # components that `combine` sums at a time
 
 
+def whole_blocks(size: int) -> int:
+    """Number of components that `combine` sums for a field of so many."""
+    return -(-size // WIDTH) * WIDTH
+
+
 @numba.njit(cache=True)
 def carry(starts, carriers, weights, order, rest, displacements, out):  # type: ignore[no-untyped-def]
     """Write rest + weights @ displacements into `out` (3 n), block after block of sixteen vertices.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from risorius.evaluators.whole_weights import WholeWeights
-from risorius.packed_fields import whole_blocks
 from risorius.paired_sums import LARGEST_INPUT, LARGEST_WEIGHT, MOST_INPUTS, combine, in_numbers, in_pairs
+from risorius.vector_sums import whole_blocks
 
 
 def sums(weights, inputs):

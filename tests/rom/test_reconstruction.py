@@ -1,14 +1,16 @@
+from dataclasses import replace
+
+import h5py
 import numba
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from risorius.carried_basis import CarriedBasis
+from risorius.carried_basis import ROUNDED_OFF, CarriedBasis
 from risorius.errors import InputError
-from risorius.packed_fields import whole_blocks
 from risorius.reconstruction import CarriedReconstruction, PlainReconstruction, reconstruction
 from risorius.vector_lanes import LANES
-from risorius.vector_sums import least_squared
+from risorius.vector_sums import least_squared, whole_blocks
 from risorius.whole_steps import rounded_fields
 
 RANK, CARRIERS = 30, 40
@@ -82,6 +84,60 @@ def test_fields_are_rounded_by_less_than_one_of_32767_parts_and_their_parts_not_
     rounded = rounded_fields(fields)
     assert (np.abs(rounded - fields).max(axis=(1, 2)) <= np.abs(fields).max(axis=(1, 2)) / 32767).all()
     np.testing.assert_array_equal(rounded_fields(rounded[:, :9]), rounded[:, :9])
+
+
+SIZES = np.geomspace(1.0, 1e-4, RANK)
+
+
+@pytest.fixture
+def coarse():
+    """Basis whose last fields are coarse, and what it was before."""
+    basis, _ = made_up(500)
+    basis = CarriedBasis(rounded_fields(basis.fields), basis.weights)
+    return basis.rounded_off(SIZES), basis
+
+
+def test_coarse_fields_are_as_many_as_leave_out_what_they_may(coarse):
+    basis, before = coarse
+    missed = 3.0 * SIZES**2 * np.square(rounded_fields(before.fields, np.int8) - before.fields).mean(axis=(1, 2))
+    first = int(np.flatnonzero(basis.coarse)[0])
+    assert 0 < first < RANK - 3 and basis.coarse[first:].all()
+    assert missed[first:].sum() <= ROUNDED_OFF**2 < missed[first - 1 :].sum()
+    coordinates = SIZES * np.random.default_rng(0).normal(size=(2000, RANK))
+    apart = np.tensordot(coordinates, basis.fields.astype(np.float64) - before.fields, axes=1)
+    assert np.sqrt((apart**2).sum(axis=2).mean()) == pytest.approx(np.sqrt(missed[first:].sum()), rel=0.05)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4])
+def test_sums_of_coarse_fields_are_exact_within_the_stated_error(way, coarse, size):
+    weights = sp.identity(CARRIERS, format="csr") if way is PlainReconstruction else coarse[0].weights
+    basis, count = replace(coarse[0], weights=weights), weights.shape[0]
+    rest = made_up(count)[1]
+    built = way(basis, rest)
+    for coordinates in size * SIZES * np.random.default_rng(5).normal(size=(50, RANK)):
+        error = np.abs(written(built, coordinates, count) - exact(basis, rest, coordinates)).max()
+        assert error <= built.error_bound(coordinates) < 1e-5 * size
+
+
+def test_coarse_fields_take_one_byte_a_number(coarse):
+    """Pairs of them: of an odd number one more."""
+    basis, before = coarse
+    count, rest = int(basis.coarse.sum()), made_up(500)[1]
+    saved = CarriedReconstruction(before, rest).bytes_read - CarriedReconstruction(basis, rest).bytes_read
+    assert saved == (2 * count - (count + count % 2)) * whole_blocks(3 * CARRIERS)
+
+
+def test_parts_of_a_basis_and_its_file_know_which_fields_are_coarse(coarse, tmp_path):
+    basis, _ = coarse
+    with h5py.File(tmp_path / "basis.h5", "w") as file:
+        basis.write(file.create_group("basis"))
+        stored = CarriedBasis.read(file["basis"])
+    np.testing.assert_array_equal(stored.fields, basis.fields)
+    np.testing.assert_array_equal(stored.coarse, basis.coarse)
+    np.testing.assert_array_equal(basis.leading(20).coarse, basis.coarse[:20])
+    followed = basis.followed_by([np.ones((2, CARRIERS, 3), np.float32)])
+    np.testing.assert_array_equal(followed.coarse, [*basis.coarse, False, False])
+    assert basis.in_axes((2, 0, 1)).coarse is basis.coarse
 
 
 def test_a_vertex_that_nothing_carries_stays(way):

@@ -34,9 +34,9 @@ from risorius.evaluators.remainder import Remainder
 from risorius.evaluators.setting import Setting
 from risorius.evaluators.whole_weights import WholeWeights
 from risorius.jaw import FloatArray
-from risorius.packed_fields import whole_blocks
 from risorius.paired_sums import combine, in_numbers, in_pairs
 from risorius.part import Part
+from risorius.vector_sums import whole_blocks
 from risorius.whole_steps import Single
 
 WIDTH = 0.02  # of a bend's rounded corner
