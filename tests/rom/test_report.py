@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from tests.rom.test_training import made_up_snapshots
 
+from risorius import carried_basis
 from risorius.accuracy import Errors
 from risorius.carried_basis import CarriedBasis
 from risorius.commands.report import report, snapshots_beside
@@ -56,12 +57,14 @@ def written(snapshots, path):
 
 @pytest.fixture(scope="module")
 def face(tmp_path_factory):
-    """Snapshots whose last five are strong, their file, and the model."""
+    """Snapshots whose last five are strong, their file, and the model, none of whose fields are coarse."""
     snapshots, _ = made_up_snapshots(60, 20)
     kinds = ("ordinary",) * (len(snapshots.kinds) - 5) + ("strong",) * 5
     snapshots = SnapshotSet(**{**vars(snapshots), "kinds": kinds})
     path = written(snapshots, tmp_path_factory.mktemp("report") / "face.snapshots.h5")
-    return snapshots, path, reduce_snapshots(snapshots, rank=10)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(carried_basis, "ROUNDED_OFF", 0.0)
+        return snapshots, path, reduce_snapshots(snapshots, rank=10)
 
 
 @pytest.fixture(scope="module")
@@ -250,6 +253,15 @@ def test_modes_that_are_not_the_model_s_are_refused(face, offered):
     other = replace(model, carried_basis=CarriedBasis(fields, model.carried_basis.weights))
     with pytest.raises(InputError, match="modes of its snapshots are others; train it anew"):
         measure(other, Tried.of(path, model), "face.h5", frames=FRAMES)
+
+
+def test_coarse_modes_are_the_model_s(face, offered):
+    offered(Run())
+    _, path, model = face
+    coarse = replace(model, carried_basis=model.carried_basis.rounded_off(np.zeros(model.rank)))
+    assert coarse.carried_basis.coarse.all()
+    rows = measure(coarse, Tried.of(path, model), "face.h5", frames=FRAMES).rows
+    assert any(row.family is CONTINUED for row in rows)
 
 
 def test_full_model_without_the_offline_part_names_the_extra(monkeypatch):
