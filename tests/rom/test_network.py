@@ -110,10 +110,10 @@ def by_definition(member, parameters):
     b = parameters / (1.0 + parameters @ member.competition)
 
     def parts(ours, image):
-        return (ours + image) / np.sqrt(2), (ours - image) / np.sqrt(2)
+        return ours + image, ours - image
 
     def bent(even, odd, thresholds):
-        both = (bend(z + thresholds) - bend(thresholds.astype(float)) for z in parts(even, odd))
+        both = (bend(z / 2 + thresholds) - bend(thresholds.astype(float)) for z in parts(even, odd))
         return parts(*both)
 
     b = parts(b, sign * b[partner])
@@ -189,8 +189,16 @@ def test_members_agree_where_they_know(learned):
     answers(learned, parameters)
     expected = np.sqrt(np.mean([((one - mean) ** 2).sum() for one in alone]))
     assert learned.doubt == pytest.approx(expected, rel=1e-4)
-    answers(learned, 3.0 * np.ones((1, COUNT)))
-    assert learned.doubt > 3.0 * expected
+    inputs = observed(symmetric, 40, seed=6).parameters
+    assert np.median(doubts(learned, 3.0 * inputs)) > 1.5 * np.median(doubts(learned, inputs))
+
+
+def doubts(learned, parameters):
+    found = []
+    for one in parameters:
+        answers(learned, one[None])
+        found.append(learned.doubt)
+    return found
 
 
 def replace_members(learned, member):

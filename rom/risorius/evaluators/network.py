@@ -2,8 +2,7 @@
 
 Each member bends combinations of the competing variables b (`competition`), then combinations of these and of what it
 has bent, and adds up. What is combined are even and odd parts, x+ and x-: the sum and the difference of what x is for
-the face and for its mirror image, over sqrt 2, so that x = (x+ + x-) / sqrt 2. With phi(z) = sqrt(z^2 + WIDTH^2) -
-WIDTH,
+the face and for its mirror image, so that x = (x+ + x-) / 2. With phi(z) = sqrt(z^2 + WIDTH^2) - WIDTH,
 
     z+- = W' b+-              h = phi(z + c) - phi(c)
     z+- = V+-' (b, h)+-       k = phi(z + d) - phi(d)
@@ -40,7 +39,6 @@ from risorius.vector_sums import whole_blocks
 from risorius.whole_steps import Single
 
 WIDTH = 0.02  # of a bend's rounded corner
-ROOT_HALF = 0.5**0.5
 COMBINED = ("first", "second_even", "second_odd", "even", "odd")  # fields of a member with weights
 
 
@@ -214,12 +212,11 @@ def _evaluate(  # type: ignore[no-untyped-def]
     for i in range(count):
         if parameters[i] != sign[i] * parameters[partner[i]]:
             parts = 2
-    root_half = np.float32(ROOT_HALF)
     for k in range(len(answers)):
         compete(parameters, competition[k], variables)
         for i in range(count):
             ours, image = np.float32(variables[i]), np.float32(sign[i] * variables[partner[i]])
-            features[0, i], features[1, i] = root_half * (ours + image), root_half * (ours - image)
+            features[0, i], features[1, i] = ours + image, ours - image
         for part in range(parts):
             _combine(first[k], first_steps[k], features[part, :count], numbers, sums, combined[part])
         _bend(combined, thresholds[k], parts, count, features)
@@ -247,22 +244,21 @@ def _combine(weights, steps, features, numbers, sums, out):  # type: ignore[no-u
 @numba.njit(cache=True)
 def _bend(combined, thresholds, parts, start, features):  # type: ignore[no-untyped-def]
     """Write the parts of bent combinations (2, h) into features from `start` on; of an odd one that is 0 nothing."""
-    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    square, half, two = np.float32(WIDTH * WIDTH), np.float32(0.5), np.float32(2.0)
     count = len(thresholds)
     even, odd = features[0, start : start + count], features[1, start : start + count]  # or loops stay scalar
     if parts == 1:
         for r in range(count):
-            z = root_half * combined[0, r] + thresholds[r]
-            at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
-            even[r] = (np.sqrt(z * z + square) - at_rest) / root_half
+            z = half * combined[0, r] + thresholds[r]
+            even[r] = two * (np.sqrt(z * z + square) - np.sqrt(thresholds[r] * thresholds[r] + square))
         return
     for r in range(count):
-        z, beside = root_half * combined[0, r] + thresholds[r], root_half * combined[1, r]
+        z, beside = half * combined[0, r] + thresholds[r], half * combined[1, r]
         ours, image = z + beside, z - beside
         ours, image = np.sqrt(ours * ours + square), np.sqrt(image * image + square)
         at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
-        even[r] = root_half * (ours - at_rest + (image - at_rest))
-        odd[r] = root_half * (ours - image)
+        even[r] = ours - at_rest + (image - at_rest)
+        odd[r] = ours - image
 
 
 @numba.njit(cache=True, fastmath={"contract", "reassoc"})

@@ -18,7 +18,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from risorius.evaluators.network import COMBINED, ROOT_HALF, WIDTH, Single
+from risorius.evaluators.network import COMBINED, WIDTH, Single
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
 
@@ -208,14 +208,14 @@ class _Entry:
         ours[0] = p * inverse
         ours[1:] = along * inverse - p * inverse**2 * across
         image = ours[..., reflection.partner] * reflection.sign.astype(np.float32)
-        values = np.float32(ROOT_HALF) * np.stack([ours + image, ours - image])
+        values = np.stack([ours + image, ours - image])
         return cls(values, p, directions, inverse, across, reflection)
 
     def write(self, by_values: Single, out: Single) -> None:
         """Write the gradient by the competition (p, p), from that by the values."""
         # The mirror image of parameter i is at its partner, whose partner is i.
         image = (by_values[0] - by_values[1]) * self.reflection.sign.astype(np.float32)
-        ours = ROOT_HALF * (by_values[0] + by_values[1] + image[..., self.reflection.partner])
+        ours = by_values[0] + by_values[1] + image[..., self.reflection.partner]
         square = self.inverse**2
         slope = self.parameters * square
         by_denominators = -ours[0] * slope + 2.0 * slope * self.inverse * (ours[1:] * self.across).sum(axis=0)
@@ -228,27 +228,27 @@ def _bend(combined, thresholds, start, out):  # type: ignore[no-untyped-def]
     """Write the parts of bent combinations into features from `start` on; combinations (2, 1 + d, s, h), of which the
     parts are given, become those of the face and of its image, with thresholds.
     """
-    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    square, half = np.float32(WIDTH * WIDTH), np.float32(0.5)
     _, fields, snapshots, neurons = combined.shape
     slopes = np.empty((2, neurons), np.float32)
     for s in range(snapshots):
         for r in range(neurons):
-            even, odd = root_half * combined[0, 0, s, r] + thresholds[r], root_half * combined[1, 0, s, r]
+            even, odd = half * combined[0, 0, s, r] + thresholds[r], half * combined[1, 0, s, r]
             ours, image = even + odd, even - odd
             root, its = np.sqrt(ours * ours + square), np.sqrt(image * image + square)
             combined[0, 0, s, r], combined[1, 0, s, r] = ours, image
             slopes[0, r], slopes[1, r] = ours / root, image / its
             at_rest = np.sqrt(thresholds[r] * thresholds[r] + square)
-            out[0, 0, s, start + r] = root_half * ((root - at_rest) + (its - at_rest))
-            out[1, 0, s, start + r] = root_half * (root - its)
+            out[0, 0, s, start + r] = (root - at_rest) + (its - at_rest)
+            out[1, 0, s, start + r] = root - its
         for k in range(1, fields):
             for r in range(neurons):
-                even, odd = root_half * combined[0, k, s, r], root_half * combined[1, k, s, r]
+                even, odd = half * combined[0, k, s, r], half * combined[1, k, s, r]
                 ours, image = even + odd, even - odd
                 combined[0, k, s, r], combined[1, k, s, r] = ours, image
                 ours, image = slopes[0, r] * ours, slopes[1, r] * image
-                out[0, k, s, start + r] = root_half * (ours + image)
-                out[1, k, s, start + r] = root_half * (ours - image)
+                out[0, k, s, start + r] = ours + image
+                out[1, k, s, start + r] = ours - image
 
 
 @numba.njit(cache=True, nogil=True)
@@ -256,7 +256,7 @@ def _unbend(combined, thresholds, start, by_features, by_thresholds):  # type: i
     """Put the gradient by the parts of combinations into their place, (2, 1 + d, s, h), from that by features from
     `start` on.
     """
-    square, root_half = np.float32(WIDTH * WIDTH), np.float32(ROOT_HALF)
+    square, half = np.float32(WIDTH * WIDTH), np.float32(0.5)
     _, fields, snapshots, neurons = combined.shape
     slopes, curvatures, along = np.empty((3, 2, neurons), np.float32)
     by_thresholds[:] = 0.0
@@ -269,20 +269,20 @@ def _unbend(combined, thresholds, start, by_features, by_thresholds):  # type: i
                 curvatures[side, r] = square / (root * root * root)  # phi'' = (1 - phi'^2) / root
         for k in range(1, fields):
             for r in range(neurons):
-                even, odd = root_half * by_features[0, k, s, start + r], root_half * by_features[1, k, s, start + r]
+                even, odd = by_features[0, k, s, start + r], by_features[1, k, s, start + r]
                 ours, image = even + odd, even - odd
                 along[0, r] += combined[0, k, s, r] * ours
                 along[1, r] += combined[1, k, s, r] * image
                 ours, image = slopes[0, r] * ours, slopes[1, r] * image
-                combined[0, k, s, r], combined[1, k, s, r] = root_half * (ours + image), root_half * (ours - image)
+                combined[0, k, s, r], combined[1, k, s, r] = half * (ours + image), half * (ours - image)
         for r in range(neurons):
-            even, odd = root_half * by_features[0, 0, s, start + r], root_half * by_features[1, 0, s, start + r]
+            even, odd = by_features[0, 0, s, start + r], by_features[1, 0, s, start + r]
             ours, image, threshold = even + odd, even - odd, thresholds[r]
             at_rest = threshold / np.sqrt(threshold * threshold + square)
             by_ours = slopes[0, r] * ours + curvatures[0, r] * along[0, r]
             by_image = slopes[1, r] * image + curvatures[1, r] * along[1, r]
             by_thresholds[r] += by_ours + by_image - at_rest * (ours + image)
             combined[0, 0, s, r], combined[1, 0, s, r] = (
-                root_half * (by_ours + by_image),
-                root_half * (by_ours - by_image),
+                half * (by_ours + by_image),
+                half * (by_ours - by_image),
             )
