@@ -63,9 +63,12 @@ class PackedFields:
         return self._sums[: self._size]
 
     def rounding(self, coordinates: FloatArray) -> float:
-        """Metres that no component of the sum is further off by, since coordinates of coarse fields are rounded."""
+        """Metres that no component of the sum is further off by, since coordinates of coarse fields are rounded.
+
+        Each by half a number, of at most 127 steps, which are less than twice the largest component.
+        """
         sizes = np.abs(coordinates) * self.largest
-        return float(self.coarse.sum() * sizes[self.coarse].max(initial=0.0)) / (2 * paired_sums.LARGEST_INPUT)
+        return float(self.coarse.sum() * sizes[self.coarse].max(initial=0.0)) / paired_sums.LARGEST_INPUT
 
 
 def _fine(flat: Single) -> tuple[npt.NDArray[np.float32] | npt.NDArray[np.int16], Single]:

@@ -116,7 +116,7 @@ def test_sums_of_coarse_fields_are_exact_within_the_stated_error(way, coarse, si
     built = way(basis, rest)
     for coordinates in size * SIZES * np.random.default_rng(5).normal(size=(50, RANK)):
         error = np.abs(written(built, coordinates, count) - exact(basis, rest, coordinates)).max()
-        assert error <= built.error_bound(coordinates) < 1e-5 * size
+        assert error <= built.error_bound(coordinates) < 2e-5 * size
 
 
 def test_coarse_fields_take_one_byte_a_number(coarse):

@@ -18,9 +18,10 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from risorius.evaluators.network import COMBINED, WIDTH, Single
+from risorius.evaluators.network import COMBINED, WIDTH
 from risorius.evaluators.observations import Observations, Reflection
 from risorius.jaw import FloatArray
+from risorius.whole_steps import Single
 
 NEURONS_EACH, MOST_NEURONS = 10, 256  # neurons of each of the two layers, for each parameter
 BATCH, DIRECTIONS = 64, 6
