@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from risorius import choosing
 from risorius.budget import Budget, Choice, Offer, choose
 from risorius.errors import InputError
 from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
+from risorius.operating_point import Seconds
 from risorius.pipeline import pipelines
 from risorius.timing import MARGIN, cautious, frame_seconds
 
@@ -114,6 +116,27 @@ def test_without_a_budget_nothing_is_timed_and_the_most_accurate_is_taken(synthe
     for budget in (None, Budget()):
         engine = risorius.Engine(synthetic_model, budget=budget)
         assert engine.point.setting == Setting("polynomial", 6)
+
+
+@pytest.mark.parametrize(
+    ("microseconds", "setting"),
+    [
+        ((10, 20, 900), Setting("polynomial", 6)),
+        ((10, 20, 1100), Setting("polynomial", 3)),
+        ((2000, 2200, 2400), Setting("polynomial", 6)),
+        ((2000, 2200, 2600), Setting("polynomial", 3)),
+        ((2000, 2600, 2600), Setting("superposition", 6)),
+    ],
+)
+def test_without_a_budget_it_takes_a_millisecond_or_hardly_longer_than_the_fastest(
+    synthetic_model, microseconds, setting
+):
+    """Of a model trained where everything took longer, the most accurate, not what was the fastest by chance."""
+    points = tuple(
+        replace(point, seconds=Seconds(1e-6 * long, 2e-6 * long))
+        for point, long in zip(synthetic_model.points, microseconds, strict=True)
+    )
+    assert risorius.Engine(replace(synthetic_model, points=points)).point.setting == setting
 
 
 def test_a_budget_does_not_change_what_the_scene_asks_for(synthetic_model, timed):
