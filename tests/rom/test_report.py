@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib import figure
 from tests.rom.test_training import made_up_snapshots
 
 from risorius import carried_basis
@@ -18,7 +19,7 @@ from risorius.carried_basis import CarriedBasis
 from risorius.commands.report import report, snapshots_beside
 from risorius.errors import Error, InputError, MissingExtraError
 from risorius.inputs import InputTable
-from risorius.report import files, full_model, measurement
+from risorius.report import files, full_model, measurement, plot
 from risorius.report.candidates import BLENDSHAPES, MAPS, PHYSICS, Candidate, Family, OfflineCost
 from risorius.report.continued import CONTINUED
 from risorius.report.files import write
@@ -262,6 +263,24 @@ def test_coarse_modes_are_the_model_s(face, offered):
     assert coarse.carried_basis.coarse.all()
     rows = measure(coarse, Tried.of(path, model), "face.h5", frames=FRAMES).rows
     assert any(row.family is CONTINUED for row in rows)
+
+
+def test_every_point_of_the_plot_is_within_its_panel(results, monkeypatch):
+    """Panels beside each other share their axis, and one set of inputs may take longer than the other."""
+    drawn = []
+    monkeypatch.setattr(figure.Figure, "savefig", lambda self, *_, **__: drawn.append(self))
+
+    def scaled(times, row):
+        return Times(*(0.01 * time if row.held_out == "ordinary" else time for time in vars(times).values()))
+
+    rows = tuple(
+        replace(row, frame=scaled(row.frame, row), coordinates=scaled(row.coordinates, row)) for row in results.rows
+    )
+    plot.draw(replace(results, rows=rows), plot.LIGHT, "png")
+    for panel in drawn[0].axes:
+        low, high = panel.get_xlim()
+        places = np.concatenate([np.asarray(line.get_xdata(), float) for line in panel.lines])
+        assert low < places.min() and places.max() < high
 
 
 def test_full_model_without_the_offline_part_names_the_extra(monkeypatch):

@@ -64,6 +64,7 @@ def draw(results: Results, theme: Theme, kind: str) -> bytes:
         for panel_row, axis in zip(panels, AXES, strict=True):
             for panel, held_out in zip(panel_row, results.sets, strict=True):
                 _panel(panel, results, held_out, axis, theme)
+            panel_row[0].set_xlim(*_limits(results, axis))
         for panel, held_out in zip(panels[0], results.sets, strict=True):
             panel.set_title(f"{held_out} held-out input")
         for panel_row in panels:
@@ -84,8 +85,7 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
     panel.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     panel.set_xlabel(axis.title)
     full = results.full.get(held_out)
-    times = [1e6 * time for row in rows for time in axis.seconds(row)]
-    end = 1e6 * full.seconds if full else max(times)
+    end = 1e6 * (full.seconds if full else max(axis.seconds(row)[1] for row in rows))
     _draw_front(panel, [(1e6 * axis.seconds(row)[0], _drawn(row.errors.p95)) for row in rows], end, theme)
     for layer, row in enumerate(rows, start=4):
         median, p99 = (1e6 * time for time in axis.seconds(row))
@@ -99,7 +99,12 @@ def _panel(panel: Any, results: Results, held_out: str, axis: _Axis, theme: Them
                        color=_readable_on(row.family.colour), zorder=layer)  # fmt: skip
     if full:
         panel.axvline(end, color=FULL, linewidth=1.6, linestyle="--")
-    panel.set_xlim(0.5 * min(times), 2.0 * max(end, *times))
+
+
+def _limits(results: Results, axis: _Axis) -> tuple[float, float]:
+    """Microseconds from and to which all panels of a row reach, with room for markers."""
+    times = [time for row in results.rows for time in axis.seconds(row)]
+    return 0.5e6 * min(times), 2e6 * max(*times, *(full.seconds for full in results.full.values()))
 
 
 def _drawn(metres: float) -> float:
