@@ -84,8 +84,8 @@ class CarriedBasis:
 
     @property
     def carried_by_themselves(self) -> bool:
-        """Whether vertices are the points that carry them."""
-        return self.weights.nnz == self.weights.shape[0] and bool((self.weights.data == 1.0).all())
+        """Whether vertices are the points that carry them, one each: fields there are rounded as at the points."""
+        return bool((np.diff(self.weights.indptr) == 1).all() and (self.weights.data == 1.0).all())
 
     def at_vertices(self) -> npt.NDArray[np.float32]:
         """(r, n, 3): fields of the vertices themselves."""

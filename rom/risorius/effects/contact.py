@@ -31,7 +31,7 @@ from risorius.snapshot_file import SnapshotSet
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 SHALLOW = 0.2e-3  # metres: equilibria have lips as deep in each other, and where nothing is deeper nothing is moved
-DUBIOUS = 0.6e-3  # metres: what is found deeper is beside the other lip as often as in it
+DUBIOUS = 0.6e-3  # metres: what is found deeper is often beside the other lip, and made sure of before it is swept
 HOPELESS = 0.97  # of a depth: where a round of sweeps leaves more, another will
 PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
 

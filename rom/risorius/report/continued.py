@@ -27,7 +27,7 @@ from risorius.training import project
 CONTINUED = Family("full model from the map", 3, "#009E73", "D")
 TANGENTS = (1, 2, 3, 5)
 END = "to equilibrium"
-SAME_MODES = 1e-2  # of the largest component: rounding to eight bits, not another set of snapshots
+SAME_MODES, SAME_COARSE = 1e-3, 1e-2  # of the largest component: rounding, not another set of snapshots
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,9 @@ def _nodal_fields(model: ReducedModel, snapshots: SnapshotSet) -> FloatArray:
     carriers = np.unique(snapshots.surface.weights.indices)
     theirs, ours = modes[:, carriers], model.carried_basis.fields[model.lifts :]
     signs = np.sign(np.einsum("rmc, rmc -> r", theirs, ours))[:, None, None]
-    if not np.abs(signs * theirs - ours).max() < SAME_MODES * np.abs(ours).max():
+    coarse = model.carried_basis.coarse
+    rounding = SAME_MODES if coarse is None else np.where(coarse[model.lifts :], SAME_COARSE, SAME_MODES)
+    if not (np.abs(signs * theirs - ours).max(axis=(1, 2)) < rounding * np.abs(ours).max()).all():
         raise InputError(f"model {model.name!r}: modes of its snapshots are others; train it anew from them")
     fields = np.concatenate([snapshots.lift_fields, signs * modes])
     fields[:, carriers] = model.carried_basis.fields
