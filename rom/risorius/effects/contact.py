@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_groups import LipGroups
-from risorius.effects.contact_kernels import TOLERATED, move_jaw
+from risorius.effects.contact_kernels import DUBIOUS, TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
@@ -31,7 +31,6 @@ from risorius.snapshot_file import SnapshotSet
 Numbers = npt.NDArray[np.int64]
 SHARES = (0.125, 0.25, 0.5, 1.0)  # of the way back, tried in turn
 SHALLOW = 0.2e-3  # metres: equilibria have lips as deep in each other, and where nothing is deeper nothing is moved
-DUBIOUS = 0.6e-3  # metres: what is found deeper is often beside the other lip, and made sure of before it is swept
 HOPELESS = 0.97  # of a depth: where a round of sweeps leaves more, another will
 PROOFS = 2  # rounds of sweeps at most, out of what a look that makes sure has found
 
@@ -112,8 +111,9 @@ class Contact:
 
         Further rounds are made for as long as they take anything off.
         """
-        if found > DUBIOUS:
-            self._look.make_sure(vertices, self._look.places_deeper_than(DUBIOUS))
+        unsure = self._look.unsure_places() if found > DUBIOUS else UNFOLDED
+        if len(unsure):
+            self._look.make_sure(vertices, unsure)
             self._look.adopt()
         self._look.sweep(vertices)
         depth = self._look.make_sure(vertices, folds)

@@ -45,6 +45,8 @@ APART = 1.0  # metres: a gap where there is nothing to touch
 CLEAR = 1e-3  # metres
 CLOSE = 1e-3  # metres from the other lip, within which all triangles around the nearest vertex are looked at
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
+DUBIOUS = 0.6e-3  # metres: what is found deeper may be beside the other lip
+ASLANT, OPPOSED = -0.5, -0.8  # cosines of skin with skin that it is behind: more is beside it, less touches it
 A_LANE = np.float32(1 / LANES)
 
 
@@ -223,6 +225,32 @@ def gaps_to_lips(  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _leave_beside(  # type: ignore[no-untyped-def]
+    x, vertices, which, count, triangles, fan_starts, fans, sign, gaps, ways, unsure
+):
+    """Tell what is DUBIOUS of `count` of the points by whether it faces what it is behind, as skin that touches does.
+
+    What does not is beside the other lip, unsure (l,) as all that is there; what nearly does not is left in it, unsure.
+    Around a vertex there are triangles `fans` from fan_starts (n + 1,).
+    """
+    for e in range(count):
+        number = which[e]
+        if not gaps[number] < -DUBIOUS:
+            continue
+        nx, ny, nz, vertex = 0.0, 0.0, 0.0, vertices[number]
+        for m in range(fan_starts[vertex], fan_starts[vertex + 1]):
+            a, b, c = triangles[fans[m], 0], triangles[fans[m], 1], triangles[fans[m], 2]
+            ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+            vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+            nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        along = sign * (nx * ways[number, 0] + ny * ways[number, 1] + nz * ways[number, 2])
+        unsure[number] = along > OPPOSED * length
+        if along > ASLANT * length:
+            gaps[number] = -gaps[number]
+
+
+@_compiled
 def smallest(gaps):  # type: ignore[no-untyped-def]
     """Smallest of gaps (k,), APART where there are none."""
     found = APART
@@ -308,7 +336,7 @@ def find(x, teeth, lips, of_blocks, patches, groups, around, close, state):  # t
     vertices, facing = lips[0], lips[1]
     order, starts = patches
     at[:] = facing
-    _place_blocks(x, around[1], around[5], around[6])
+    _place_blocks(x, around[1], around[3], around[4])
     beyond_planes(x, vertices, groups, gaps_lips)
     _look(x, teeth, lips, around, leaders_of_others(order, starts, gaps_lips, which_lips), close, state)
     count = beyond_leaders(x, vertices, order, starts, gaps_lips, unsure, which_lips)
@@ -324,7 +352,7 @@ def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
         which[number] = number
     for number in range(len(which_lips)):
         which_lips[number] = number
-    _place_blocks(x, around[1], around[5], around[6])
+    _place_blocks(x, around[1], around[3], around[4])
     _approach(x, teeth, lips, len(which), 0, state)
     _look(x, teeth, lips, around, len(which_lips), CLOSE, state)
 
@@ -333,7 +361,7 @@ def find_gaps(x, teeth, lips, around, state):  # type: ignore[no-untyped-def]
 def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-untyped-def]
     """Find the gaps of some of the points, of lips as far as the way downhill leads."""
     points, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn, origin = teeth
-    vertices, _facing, places, triangles, across, planes, sign = lips
+    vertices, _facing, places, triangles, across, planes, sign, fan_starts, fans = lips
     at, which, which_lips, gaps, ways, gaps_lips, ways_lips, _wanted, _total, _moved, _shifts, unsure, _acting = state
     gaps_to_teeth(
         x, points, which, count, onset, away, grid, starts, shapes, lows, spacings, moves, least, least_starts, turn,
@@ -342,6 +370,7 @@ def _approach(x, teeth, lips, count, count_lips, state):  # type: ignore[no-unty
     gaps_to_lips(
         x, vertices, which_lips, count_lips, at, places, triangles, across, planes, sign, gaps_lips, ways_lips, unsure
     )  # fmt: skip
+    _leave_beside(x, vertices, which_lips, count_lips, triangles, fan_starts, fans, sign, gaps_lips, ways_lips, unsure)
 
 
 @_compiled
@@ -352,7 +381,7 @@ def _look(x, teeth, lips, around, count, close, state):  # type: ignore[no-untyp
     """
     at, which_lips, gaps_lips = state[0], state[2], state[5]
     _approach(x, teeth, lips, 0, count, state)
-    nearer = _search(x, lips[0], lips[3], around, which_lips, count, close, at, gaps_lips)
+    nearer = _search(x, lips, around, which_lips, count, close, at, gaps_lips)
     _approach(x, teeth, lips, 0, nearer, state)
 
 
@@ -382,13 +411,14 @@ def _place_blocks(x, members, places, spheres):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _search(x, vertices, triangles, around, which, count, close, at, gaps):  # type: ignore[no-untyped-def]
+def _search(x, lips, around, which, count, close, at, gaps):  # type: ignore[no-untyped-def]
     """Set `at` (l,) to a triangle at the nearest vertex around a point where that is nearer than the gap (l,) found.
 
     Of `count` of the points, `which` by number, keeps those for which it is; returns how many. Where the gap is at most
     `close`, triangles around the nearest vertex are compared even if one of them was found.
     """
-    sides, members, fan_starts, fans, split, places, spheres = around
+    vertices, triangles, fan_starts, fans = lips[0], lips[3], lips[7], lips[8]
+    sides, members, split, places, spheres = around
     xs, ys, zs = places[0], places[1], places[2]
     sx, sy, sz, radii = spheres[0], spheres[1], spheres[2], spheres[3]
     found = 0

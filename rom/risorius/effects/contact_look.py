@@ -34,11 +34,15 @@ class ContactLook:
             t.points, t.onset, t.away, t.distances, t.starts, t.shapes, t.lows, t.spacings, t.moves, *t.least, turn,
             origin,
         )  # fmt: skip
-        self._lips = t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, float(t.orientation[0])
+        side_of = lip_sides(t)
+        fans, fan_starts = vertex_fans(t.triangles, len(side_of))
+        self._lips = (
+            t.vertices, t.facing, t.places, t.triangles, t.across, t.planes, float(t.orientation[0]),
+            fan_starts.astype(np.int32), fans.astype(np.int32),
+        )  # fmt: skip
         self._rows = t.row_starts, t.row_controls, t.row_shares
         self._columns = t.column_starts, t.column_vertices, t.column_shares
         rows, controls = t.shares, t.shares.shape[1]
-        side_of = lip_sides(t)
         patches = Patches.of(rows[t.vertices], side_of[t.vertices])
         self._patches = patches.order, patches.starts
         self._groups = groups.kernel(t.vertices)
@@ -68,9 +72,9 @@ class ContactLook:
         )  # fmt: skip
         return float(deepest(self._state[3], self._state[5]))
 
-    def places_deeper_than(self, depth: float) -> FloatArray:
-        """Places (f, 3) at rest of points that have been found deeper than metres in the other lip."""
-        return self._proof.rest[self._lips[0][self._state[5] < -depth]].astype(np.float64)
+    def unsure_places(self) -> FloatArray:
+        """Places (f, 3) at rest of points that have been found in the other lip, but may be beside it."""
+        return self._proof.rest[self._lips[0][self._state[11] & (self._state[5] < 0.0)]].astype(np.float64)
 
     def sweep(self, vertices: npt.NDArray[np.float32]) -> None:
         """Move vertices (n, 3) out of what has been found, in place."""
@@ -101,15 +105,14 @@ class ContactLook:
 
 
 def _around(tables: ContactTables, side_of: Numbers, lips: Numbers, rest: npt.NDArray[np.float32]) -> tuple[Any, ...]:
-    """Sides (l,) of the points at rest (n, 3), blocks (b, LANES) of vertices of the lips, and triangles around each.
+    """Sides (l,) of the points at rest (n, 3), and blocks (b, LANES) of vertices of the lips.
 
     Of the blocks those of side 0 come first; last are where those of side 1 begin, their places (3, b * LANES), and
     spheres (4, b) about them.
     """
     blocks, split = blocks_of(rest[lips], side_of[lips])
     members = np.where(blocks < 0, -1, lips[blocks]).astype(np.int32)
-    fans, fan_starts = vertex_fans(tables.triangles, len(side_of))
     return (
-        side_of[tables.vertices], members, fan_starts.astype(np.int32), fans.astype(np.int32), split,
+        side_of[tables.vertices], members, split,
         np.zeros((3, members.size), np.float32), np.full((4, len(members)), NOWHERE, np.float32),
     )  # fmt: skip
