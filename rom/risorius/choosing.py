@@ -16,7 +16,7 @@ from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import cautious, frame_seconds
 
-FEW, FRAMES = 16, 128
+FEW, FRAMES = 16, 384
 UNASKED, HARDLY_LONGER = 1e-3, 1.25
 """Seconds that an engine keeps to that was not given a budget; where no point does, so many times the fastest."""
 

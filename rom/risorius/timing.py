@@ -12,19 +12,20 @@ from risorius.model import ReducedModel
 from risorius.pipeline import Pipeline
 
 ROUND = 8  # frames of one pipeline after each other: caches are as warm as in use
-SHARE, MARGIN, MOST = 0.75, 2.0, 0.99
+AT_WORK = 4  # inputs in the mean, in every second frame
+SHARE, MARGIN = 0.75, 2.0
 
 
 def frame_seconds(
     ways: Sequence[Pipeline], model: ReducedModel, frames: int, clock: Callable[[], float] = time.perf_counter
 ) -> FloatArray:
-    """Seconds (ways, frames) from weights to vertices with every input in use: no frame costs more.
+    """Seconds (ways, frames) from weights to vertices, with every input in use and with few of them in turn.
 
-    frames: a multiple of ROUND. All take turns, so that what else the machine does falls on all alike. The first frame
-    of each turn does not count: it compiles kernels and fills caches.
+    With all the map has most to do, with few contact: lips that are nearly closed. frames: a multiple of ROUND. All
+    take turns, so that what else the machine does falls on all alike. The first frame of each turn does not count: it
+    compiles kernels and fills caches.
     """
-    lowest = model.inputs.lower
-    weights = lowest + (1.0 - lowest) * np.random.default_rng(0).random((frames, len(lowest)))
+    weights = random_weights(model.inputs.lower, frames)
     seconds = np.empty((len(ways), frames))
     for start in range(0, frames, ROUND):
         turn = weights[start : start + ROUND]
@@ -37,6 +38,14 @@ def frame_seconds(
     return seconds
 
 
+def random_weights(lowest: FloatArray, frames: int) -> FloatArray:
+    """Weights (frames, inputs) at random between lowest (inputs,) and 1, of every second row but AT_WORK or so 0."""
+    rng = np.random.default_rng(0)
+    weights = lowest + (1.0 - lowest) * rng.random((frames, len(lowest)))
+    weights[::2] *= rng.random((len(weights[::2]), len(lowest))) * len(lowest) < AT_WORK
+    return weights
+
+
 def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
     way.solve(model.inputs.to_parameters(model.inputs.checked(weights)))
     way.write(np.empty_like(model.rest_vertices))
@@ -45,6 +54,7 @@ def _frame(way: Pipeline, model: ReducedModel, weights: FloatArray) -> None:
 def cautious(seconds: FloatArray) -> FloatArray:
     """Seconds (ways,) that 99 % of frames keep, from few of them (ways, frames): SHARE of them take MARGIN times less.
 
-    Or MOST of them as long, where some frames have more to do than others.
+    Or all as long, where some frames have more to do than others: of 384 one takes longer than 99 % of all would, with
+    a probability of 98 %.
     """
-    return np.asarray(np.maximum(MARGIN * np.quantile(seconds, SHARE, axis=1), np.quantile(seconds, MOST, axis=1)))
+    return np.asarray(np.maximum(MARGIN * np.quantile(seconds, SHARE, axis=1), seconds.max(axis=1)))

@@ -15,7 +15,7 @@ from risorius.errors import InputError
 from risorius.evaluators import PolynomialMap, RationalMap, Setting, Superposition
 from risorius.operating_point import Seconds
 from risorius.pipeline import pipelines
-from risorius.timing import MARGIN, cautious, frame_seconds
+from risorius.timing import AT_WORK, MARGIN, cautious, frame_seconds, random_weights
 
 QUICK, MIDDLE, EXACT = Offer(1e-5, 9e-3, 3e-3), Offer(1e-4, 2e-3, 6e-4), Offer(1e-3, 5e-4, 1e-4)
 SLOW_AND_BAD = Offer(2e-3, 8e-3, 2e-3)
@@ -202,8 +202,15 @@ def test_every_frame_of_every_pipeline_is_timed_alone(synthetic_model):
     assert next(ticks) == 0.5 * 2 * 3 * 16
 
 
-@pytest.mark.parametrize(("long", "times"), [(1, MARGIN), (4, 80.0), (40, 160.0)])
-def test_few_long_frames_count_where_they_are_more_than_one_in_a_hundred(long, times):
-    seconds = np.full((1, 128), 1e-4)
+def test_half_of_the_timed_frames_are_of_few_inputs(synthetic_model):
+    rows = random_weights(synthetic_model.inputs.lower, 384)
+    at_work = (rows != 0.0).sum(axis=1)
+    assert at_work[1::2].min() == rows.shape[1]
+    assert at_work[::2].mean() == pytest.approx(AT_WORK, rel=0.1)
+
+
+@pytest.mark.parametrize(("long", "times"), [(0, MARGIN), (1, 80.0), (40, 80.0), (100, 160.0)])
+def test_the_longest_frame_counts_and_twice_what_a_quarter_exceeds(long, times):
+    seconds = np.full((1, 384), 1e-4)
     seconds[0, :long] = 8e-3
     assert cautious(seconds) == pytest.approx(times * 1e-4)

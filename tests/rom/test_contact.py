@@ -3,13 +3,14 @@
 import h5py
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 
 from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
 from risorius.effects.contact_blocks import beyond_blocks
-from risorius.effects.contact_kernels import APART, ENOUGH, FARTHEST, SEARCHED, TOLERATED
+from risorius.effects.contact_kernels import APART, DUBIOUS, ENOUGH, FARTHEST, SEARCHED, TOLERATED, _leave_beside
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_proof import _beside
 from risorius.effects.correction_fields import RADIUS
@@ -381,7 +382,7 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
     """A sure look at what sweeps have moved tells of all that a sure look at everything finds too deep."""
     contact, rest = lips()
     look, rng, left = contact._look, np.random.default_rng(1), 0
-    for _ in range(200):
+    for _ in range(600):
         vertices = random_lips(rest, rng)
         look.find(vertices, False)
         look.sweep(vertices)
@@ -391,6 +392,30 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
             assert told == pytest.approx(deep, abs=1e-7)
         left += deep > TOLERATED
     assert left > 5
+
+
+@pytest.mark.parametrize(
+    ("degrees", "gap", "left", "unsure"),
+    [(0, -1e-3, -1e-3, False), (30, -1e-3, -1e-3, False), (45, -1e-3, -1e-3, True), (75, -1e-3, 1e-3, True),
+     (180, -1e-3, 1e-3, True), (180, -0.5e-3, -0.5e-3, False), (180, 1e-3, 1e-3, False)],
+)  # fmt: skip
+def test_what_is_deep_but_does_not_face_what_it_is_behind_is_beside_it(degrees, gap, left, unsure):
+    turn = Rotation.from_euler("x", degrees, degrees=True)
+    x = turn.apply([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]]).astype(np.float32)
+    points, triangles, gaps, unknown = np.zeros(1, np.int32), np.array([[0, 1, 2]]), np.array([gap]), np.zeros(1, bool)
+    way_out = np.array([[0.0, 0.0, -1.0]])  # skin looks up where it is not turned
+    _leave_beside(x, points, points, 1, triangles, np.array([0, 1]), points, 1.0, gaps, way_out, unknown)
+    assert (gaps[0], unknown[0]) == (left, unsure)
+
+
+def test_lips_in_each_other_are_found_but_not_skin_that_is_turned_the_same_way():
+    contact, rest = lips()
+    vertices = closed(rest, 1e-3)
+    assert contact._look.find(vertices.copy(), False) == pytest.approx(1e-3, rel=0.05)
+    assert not len(contact._look.unsure_places())
+    upper = np.arange(len(rest)) >= SIDE**2
+    vertices[upper, 0] *= -1.0  # the same places, the other side up
+    assert contact._look.find(vertices, False) < DUBIOUS
 
 
 def test_lips_are_looked_at_for_sure_around_folds_of_tissue_alone():
