@@ -46,7 +46,7 @@ CLEAR = 1e-3  # metres
 CLOSE = 1e-3  # metres from the other lip, within which all triangles around the nearest vertex are looked at
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 DUBIOUS = 0.6e-3  # metres: what is found deeper may be beside the other lip
-ASLANT, OPPOSED = -0.5, -0.8  # cosines of skin with skin that it is behind: more is beside it, less touches it
+ASLANT, OPPOSED = -0.6, -0.8  # cosines of skin with skin that it is behind: more is beside it, less touches it
 A_LANE = np.float32(1 / LANES)
 
 
