@@ -396,8 +396,8 @@ def test_depth_that_sweeps_have_left_in_lips_is_told():
 
 @pytest.mark.parametrize(
     ("degrees", "gap", "left", "unsure"),
-    [(0, -1e-3, -1e-3, False), (30, -1e-3, -1e-3, False), (45, -1e-3, -1e-3, True), (75, -1e-3, 1e-3, True),
-     (180, -1e-3, 1e-3, True), (180, -0.5e-3, -0.5e-3, False), (180, 1e-3, 1e-3, False)],
+    [(0, -1e-3, -1e-3, False), (20, -1e-3, -1e-3, False), (45, -1e-3, -1e-3, True), (75, -1e-3, 0.0, True),
+     (180, -1e-3, 0.0, True), (180, -0.5e-3, -0.5e-3, False), (180, 1e-3, 1e-3, False)],
 )  # fmt: skip
 def test_what_is_deep_but_does_not_face_what_it_is_behind_is_beside_it(degrees, gap, left, unsure):
     turn = Rotation.from_euler("x", degrees, degrees=True)

@@ -46,7 +46,7 @@ CLEAR = 1e-3  # metres
 CLOSE = 1e-3  # metres from the other lip, within which all triangles around the nearest vertex are looked at
 TOLERATED = 0.25e-3  # metres: what is left deeper in anything calls for more
 DUBIOUS = 0.6e-3  # metres: what is found deeper may be beside the other lip
-ASLANT, OPPOSED = -0.6, -0.8  # cosines of skin with skin that it is behind: more is beside it, less touches it
+ASLANT, OPPOSED = -0.6, -0.9  # cosines of skin with skin that it is behind: more is beside it, less surely in it
 A_LANE = np.float32(1 / LANES)
 
 
@@ -230,8 +230,8 @@ def _leave_beside(  # type: ignore[no-untyped-def]
 ):
     """Tell what is DUBIOUS of `count` of the points by whether it faces what it is behind, as skin that touches does.
 
-    What does not is beside the other lip, unsure (l,) as all that is there; what nearly does not is left in it, unsure.
-    Around a vertex there are triangles `fans` from fan_starts (n + 1,).
+    What does not is beside the other lip with nothing to spare, so that a sure look does not pass it over. That is
+    unsure (l,), and so is what hardly does. Around a vertex there are triangles `fans` from fan_starts (n + 1,).
     """
     for e in range(count):
         number = which[e]
@@ -247,7 +247,7 @@ def _leave_beside(  # type: ignore[no-untyped-def]
         along = sign * (nx * ways[number, 0] + ny * ways[number, 1] + nz * ways[number, 2])
         unsure[number] = along > OPPOSED * length
         if along > ASLANT * length:
-            gaps[number] = -gaps[number]
+            gaps[number] = 0.0
 
 
 @_compiled
