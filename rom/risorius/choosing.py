@@ -51,15 +51,19 @@ def taken(model: ReducedModel, budget: Budget | None) -> tuple[OperatingPoint, P
 
 
 def _cautious(ways: Sequence[Pipeline], model: ReducedModel, budget: Budget) -> FloatArray:
-    """Seconds (ways,) that 99 % of frames keep; of ways of which most frames break the budget from FEW frames alone."""
+    """Seconds (ways,) that 99 % of frames keep; infinite for ways of which most of FEW frames break the budget.
+
+    Where all do, from these alone.
+    """
     taken_by = partial(frame_seconds, model=model, clock=time.thread_time)
     if budget.time is None:
         return cautious(taken_by(ways, frames=FRAMES))
     few = taken_by(ways, frames=FEW)
-    seconds = cautious(few)
     kept = np.flatnonzero(np.median(few, axis=1) <= budget.time)
-    if len(kept):
-        seconds[kept] = cautious(taken_by([ways[int(way)] for way in kept], frames=FRAMES))
+    if not len(kept):
+        return cautious(few)
+    seconds = np.full(len(ways), np.inf)
+    seconds[kept] = cautious(taken_by([ways[int(way)] for way in kept], frames=FRAMES))
     return seconds
 
 

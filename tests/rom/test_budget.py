@@ -111,6 +111,20 @@ def test_only_points_that_most_frames_break_a_budget_with_are_timed_by_few(
     assert asked == expected
 
 
+def test_the_longest_of_many_frames_is_not_held_against_the_longest_of_few(synthetic_model, monkeypatch):
+    """One point keeps the budget but in a frame that comes late; the others never do, in the few that are timed."""
+
+    def seconds(ways, model, frames, clock):
+        usual = 1e-5 if len(ways) == 1 else np.array([[5e-5], [5e-5], [1e-5]])
+        found = np.broadcast_to(usual, (len(ways), frames)).copy()
+        found[:, choosing.FEW :] = 9e-5
+        return found
+
+    monkeypatch.setattr(choosing, "frame_seconds", seconds)
+    engine = risorius.Engine(synthetic_model, budget=Budget(time=4e-5))
+    assert engine.point.setting == Setting("polynomial", 6)
+
+
 def test_without_a_budget_nothing_is_timed_and_the_most_accurate_is_taken(synthetic_model, monkeypatch):
     monkeypatch.setattr(choosing, "frame_seconds", None)
     for budget in (None, Budget()):
