@@ -16,7 +16,8 @@ from risorius.operating_point import OperatingPoint
 from risorius.pipeline import Pipeline, pipelines
 from risorius.timing import cautious, frame_seconds
 
-FEW, FRAMES = 16, 384
+FEW, SOME, MANY = 16, 128, 384
+"""Frames by which a point is ruled out, compared with others, and trusted to keep a time."""
 UNASKED, HARDLY_LONGER = 1e-3, 1.25
 """Seconds that an engine keeps to that was not given a budget; where no point does, so many times the fastest."""
 
@@ -57,13 +58,13 @@ def _cautious(ways: Sequence[Pipeline], model: ReducedModel, budget: Budget) -> 
     """
     taken_by = partial(frame_seconds, model=model, clock=time.thread_time)
     if budget.time is None:
-        return cautious(taken_by(ways, frames=FRAMES))
+        return cautious(taken_by(ways, frames=SOME))
     few = taken_by(ways, frames=FEW)
     kept = np.flatnonzero(np.median(few, axis=1) <= budget.time)
     if not len(kept):
         return cautious(few)
     seconds = np.full(len(ways), np.inf)
-    seconds[kept] = cautious(taken_by([ways[int(way)] for way in kept], frames=FRAMES))
+    seconds[kept] = cautious(taken_by([ways[int(way)] for way in kept], frames=MANY))
     return seconds
 
 

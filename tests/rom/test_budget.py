@@ -91,8 +91,8 @@ def test_an_engine_goes_by_the_times_of_this_machine(synthetic_model, timed, mic
 @pytest.mark.parametrize(
     ("budget", "expected"),
     [
-        (Budget(time=4e-5), [(3, choosing.FEW), (2, choosing.FRAMES)]),
-        (Budget(error=2e-3), [(3, choosing.FRAMES)]),
+        (Budget(time=4e-5), [(3, choosing.FEW), (2, choosing.MANY)]),
+        (Budget(error=2e-3), [(3, choosing.SOME)]),
     ],
 )
 def test_only_points_that_most_frames_break_a_budget_with_are_timed_by_few(
