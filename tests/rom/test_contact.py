@@ -9,12 +9,14 @@ from tests.walled_model import AT_REST, JAW_MOTION, NO_SEAM, contact_of
 from risorius.companion import JAW, SKULL, unit_transforms
 from risorius.contact_geometry import ContactGeometry, Obstacle
 from risorius.effects.contact import Contact
-from risorius.effects.contact_blocks import beyond_blocks
-from risorius.effects.contact_kernels import APART, DUBIOUS, ENOUGH, FARTHEST, SEARCHED, TOLERATED, _leave_beside
 from risorius.effects.contact_patches import beyond_leaders, take_off_shifts
 from risorius.effects.contact_proof import _beside
+from risorius.effects.contact_sweeps import ENOUGH, FARTHEST
 from risorius.effects.correction_fields import RADIUS
+from risorius.effects.lip_gaps import DUBIOUS, SEARCHED, TOLERATED, leave_beside
 from risorius.effects.retreat import Retreat
+from risorius.effects.teeth_blocks import beyond_blocks
+from risorius.effects.teeth_gaps import APART
 from risorius.engine import Engine
 from risorius.errors import InputError
 from risorius.gauntlet.case import Ask, Bench
@@ -404,7 +406,7 @@ def test_what_is_deep_but_does_not_face_what_it_is_behind_is_beside_it(degrees, 
     x = turn.apply([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]]).astype(np.float32)
     points, triangles, gaps, unknown = np.zeros(1, np.int32), np.array([[0, 1, 2]]), np.array([gap]), np.zeros(1, bool)
     way_out = np.array([[0.0, 0.0, -1.0]])  # skin looks up where it is not turned
-    _leave_beside(x, points, points, 1, triangles, np.array([0, 1]), points, 1.0, gaps, way_out, unknown)
+    leave_beside(x, points, points, 1, triangles, np.array([0, 1]), points, 1.0, gaps, way_out, unknown)
     assert (gaps[0], unknown[0]) == (left, unsure)
 
 

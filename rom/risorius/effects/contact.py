@@ -17,11 +17,12 @@ import numpy.typing as npt
 
 from risorius.contact_geometry import ContactGeometry
 from risorius.effects.contact_groups import LipGroups
-from risorius.effects.contact_kernels import DUBIOUS, TOLERATED, move_jaw
 from risorius.effects.contact_look import ContactLook
 from risorius.effects.contact_tables import ContactTables, contact_tables, frames_of
 from risorius.effects.effect import Surroundings
+from risorius.effects.lip_gaps import DUBIOUS, TOLERATED
 from risorius.effects.retreat import Retreat
+from risorius.effects.teeth_gaps import move_jaw
 from risorius.evaluators.setting import Setting
 from risorius.guard import UNFOLDED
 from risorius.jaw import FloatArray

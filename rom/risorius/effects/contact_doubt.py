@@ -10,8 +10,8 @@ import math
 import numba
 import numpy as np
 
-from risorius.effects.contact_kernels import DEEPEST, TOLERATED
 from risorius.effects.contact_patches import surround
+from risorius.effects.lip_gaps import DEEPEST, TOLERATED
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_within
 from risorius.vector_sums import least_squared

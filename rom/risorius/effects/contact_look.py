@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from risorius.adjacency import vertex_fans
+from risorius.effects.contact_gaps import CLOSE, deepest, find, find_gaps, smallest
 from risorius.effects.contact_groups import LipGroups, lip_sides
-from risorius.effects.contact_kernels import CLOSE, adopt, deepest, find, find_gaps, smallest, sweep
 from risorius.effects.contact_patches import Patches
+from risorius.effects.contact_sweeps import adopt, sweep
 from risorius.effects.contact_tables import ContactTables
 from risorius.effects.lane_blocks import NOWHERE, blocks_of
 from risorius.effects.lip_proof import LipProof

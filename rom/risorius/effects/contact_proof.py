@@ -13,8 +13,9 @@ import numba
 import numpy as np
 
 from risorius.closest_point import closest_point
-from risorius.effects.contact_kernels import DEEPEST, FAR, TOLERATED, smallest
+from risorius.effects.contact_gaps import smallest
 from risorius.effects.lane_blocks import NOWHERE, ROUNDING, enclose, turn_planes
+from risorius.effects.lip_gaps import DEEPEST, FAR, TOLERATED
 from risorius.effects.skin_around import place_skin
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.vector_lanes import LANES

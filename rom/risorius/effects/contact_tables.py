@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 
 from risorius.companion import JAW, unit_transforms
 from risorius.contact_geometry import ContactGeometry
-from risorius.effects.contact_blocks import BLOCK, blocks
-from risorius.effects.contact_kernels import move_jaw
 from risorius.effects.correction_fields import beside_middle, correction_shares, outwards
+from risorius.effects.teeth_blocks import BLOCK, blocks
+from risorius.effects.teeth_gaps import move_jaw
 from risorius.jaw import FloatArray
 from risorius.lip_sheets import LipSheets
 from risorius.normals import vertex_normals

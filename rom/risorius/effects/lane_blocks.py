@@ -1,4 +1,4 @@
-"""Blocks of LANES triangles that are close to each other: which they are, and where."""
+"""Blocks of LANES triangles or vertices that are close to each other: which they are, and where."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Numbers = npt.NDArray[np.int32]
 
 NOWHERE = 1e3  # metres: the place of what there is not
 ROUNDING = np.float32(1e-7)  # metres, of single precision
-_A_CORNER = np.float32(1 / (3 * LANES))
+_A_CORNER, _A_LANE = np.float32(1 / (3 * LANES)), np.float32(1 / LANES)
 
 _compiled = numba.njit(cache=True, error_model="numpy")
 
@@ -42,6 +42,22 @@ def blocks_of(places: npt.NDArray[np.floating], sides: npt.NDArray[np.integer]) 
                 blocks.append(np.append(block, np.full(LANES - len(block), block[-1])))
         blocks += [np.full(LANES, -1)] * (-len(blocks) % LANES)
     return np.array(blocks, np.int32).reshape(-1, LANES), split
+
+
+@_compiled
+def place_blocks(x, blocks, places, spheres):  # type: ignore[no-untyped-def]
+    """Set places (3, b * LANES) of blocks (b, LANES) of vertices x (n, 3), and spheres (4, b) about what they have."""
+    xs, ys, zs, radii = places[0], places[1], places[2], spheres[3]
+    for block in range(len(blocks)):
+        if blocks[block, 0] < 0:
+            continue
+        t = LANES * block
+        for m in range(LANES):
+            p = blocks[block, m]
+            xs[t + m], ys[t + m], zs[t + m] = x[p, 0], x[p, 1], x[p, 2]
+        u, v, w = sum_of_lanes(xs, t) * _A_LANE, sum_of_lanes(ys, t) * _A_LANE, sum_of_lanes(zs, t) * _A_LANE
+        spheres[0, block], spheres[1, block], spheres[2, block] = u, v, w
+        radii[block] = math.sqrt(most_squared(xs, ys, zs, t, u, v, w)) + ROUNDING
 
 
 @_compiled
