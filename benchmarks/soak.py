@@ -108,9 +108,10 @@ def _touch(bench: Bench, rng: np.random.Generator) -> Touch:
 
 
 def memory() -> float:
-    """Bytes that the process holds."""
+    """Bytes that are the process's own; what it maps of files comes and goes as the system has it."""
     gc.collect()
-    return float(psutil.Process().memory_info().rss)
+    held = psutil.Process().memory_info()
+    return float(held.rss - held.shared)
 
 
 if __name__ == "__main__":
