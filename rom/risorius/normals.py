@@ -38,3 +38,16 @@ def _write(vertices, triangles, out):  # type: ignore[no-untyped-def]
         size = np.sqrt(x * x + y * y + z * z)
         if size > 0.0:
             out[n, 0], out[n, 1], out[n, 2] = x / size, y / size, z / size
+
+
+@numba.njit(cache=True, error_model="numpy")
+def fan_normal(x, vertex, fan_starts, fans, triangles):  # type: ignore[no-untyped-def]
+    """Normal of a vertex of x (n, 3) by the triangles around it, `fans` from fan_starts (n + 1,); of any length."""
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for m in range(fan_starts[vertex], fan_starts[vertex + 1]):
+        t = fans[m]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+    return nx, ny, nz

@@ -17,6 +17,7 @@ from risorius.effects.contact_gaps import smallest
 from risorius.effects.lane_blocks import NOWHERE, ROUNDING, enclose, turn_planes
 from risorius.effects.lip_gaps import DEEPEST, FAR, TOLERATED
 from risorius.effects.skin_around import place_skin
+from risorius.normals import fan_normal
 from risorius.penetration import OUT_OF_ITSELF, WOUND
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_behind, lanes_within
@@ -182,13 +183,7 @@ def _nearest(  # type: ignore[no-untyped-def]
 @_compiled
 def _beside(x, vertex, fan_starts, fans, triangles, sign, place):  # type: ignore[no-untyped-def]
     """Set a place just outside of a vertex, off the triangles around it."""
-    nx, ny, nz = 0.0, 0.0, 0.0
-    for m in range(fan_starts[vertex], fan_starts[vertex + 1]):
-        t = fans[m]
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-        vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+    nx, ny, nz = fan_normal(x, vertex, fan_starts, fans, triangles)
     scale = sign * OUT_OF_ITSELF / max(math.sqrt(nx * nx + ny * ny + nz * nz), 1e-20)
     place[0], place[1], place[2] = x[vertex, 0] + scale * nx, x[vertex, 1] + scale * ny, x[vertex, 2] + scale * nz
 

@@ -1,6 +1,6 @@
 """How far points of a lip are from the other, and which way out of it; nothing is allocated.
 
-Loops are in functions that call none with arrays: numba would count references to each of them at every call.
+Loops over many points call nothing with arrays: numba would count references to each of them at every call.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from risorius.closest_point import closest_point
+from risorius.normals import fan_normal
 from risorius.vector_lanes import LANES
 from risorius.vector_masks import first_lane, lanes_within
 from risorius.vector_sums import least_squared
@@ -119,12 +120,7 @@ def leave_beside(  # type: ignore[no-untyped-def]
         number = which[e]
         if not gaps[number] < -DUBIOUS:
             continue
-        nx, ny, nz, vertex = 0.0, 0.0, 0.0, vertices[number]
-        for m in range(fan_starts[vertex], fan_starts[vertex + 1]):
-            a, b, c = triangles[fans[m], 0], triangles[fans[m], 1], triangles[fans[m], 2]
-            ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-            vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-            nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+        nx, ny, nz = fan_normal(x, vertices[number], fan_starts, fans, triangles)
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
         along = sign * (nx * ways[number, 0] + ny * ways[number, 1] + nz * ways[number, 2])
         unsure[number] = along > OPPOSED * length
